@@ -13,6 +13,22 @@ pub fn key<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Key, D::Error> 
     text.parse().map_err(|_| D::Error::custom("not 32 hexadecimal digits"))
 }
 
+/// Longest name of a file or folder here; file systems take 255 bytes.
+const NAME_MAX: usize = 100;
+
+/// A name by which a folder is called: it stays where it is made.
+pub fn name<'de, D: Deserializer<'de>>(deserializer: D) -> Result<String, D::Error> {
+    let name = String::deserialize(deserializer)?;
+    let plain = |c: char| !c.is_control() && !matches!(c, '/' | '\\' | ':');
+    if name.is_empty() || name.len() > NAME_MAX || name.starts_with('.') || !name.chars().all(plain) {
+        return Err(D::Error::custom(format!(
+            "not a name: a folder is called by it; expected 1 to {NAME_MAX} bytes without /, \\, : and control characters, \
+             not beginning with a dot"
+        )));
+    }
+    Ok(name)
+}
+
 /// Something made of plain numbers.
 pub trait Numbers {
     /// The numbers.

@@ -170,7 +170,7 @@ pub fn command_line(given: impl Iterator<Item = OsString>) -> ExitCode {
     match result {
         Ok(outcome) => outcome.exit_code(),
         Err(error) => {
-            eprintln!("error: {error:#}");
+            console::say(&format!("error: {error:#}"));
             ExitCode::FAILURE
         }
     }

@@ -3,6 +3,7 @@
 use crate::output::Output;
 use backseat_analysis::read_log::ReadLog;
 use backseat_analysis::refusal;
+use backseat_report::console;
 use std::path::{Path, PathBuf};
 
 /// How a log is to be read.
@@ -54,7 +55,7 @@ pub fn is_admitted(logs: &mut [&mut ReadLog], command: &str, output: &Output) ->
 /// Says on stderr, and in the notes of the log, what is doubtful about it.
 pub fn warn(read: &mut ReadLog) {
     for finding in &read.examination.findings {
-        eprintln!("warning: {}: {}", read.log.path.display(), finding.message);
+        console::say(&format!("warning: {}: {}", read.log.path.display(), finding.message));
     }
     read.note_findings();
 }
@@ -64,5 +65,5 @@ pub fn warn(read: &mut ReadLog) {
 /// # Errors
 /// Those of the work.
 pub fn explain_failure<T>(read: &ReadLog, work: impl FnOnce() -> anyhow::Result<T>) -> anyhow::Result<T> {
-    work().inspect_err(|_| read.reader_notes.iter().for_each(|note| eprintln!("note: {note}")))
+    work().inspect_err(|_| read.reader_notes.iter().for_each(|note| console::say(&format!("note: {note}"))))
 }

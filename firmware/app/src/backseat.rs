@@ -70,11 +70,13 @@ struct StepState {
     /// Filter and controller are built from the active parameters.
     configured: bool,
     last_step_us: Option<u64>,
+    /// Steps a whole step late or more, and the latest of them, µs.
+    late: [u32; 2],
     digest: u64,
 }
 
 impl StepState {
-    const NONE: Self = Self { configured: false, last_step_us: None, digest: 0 };
+    const NONE: Self = Self { configured: false, last_step_us: None, late: [0; 2], digest: 0 };
 }
 
 impl Backseat {
@@ -162,6 +164,13 @@ impl Backseat {
     pub fn step(&mut self, now_us: u64) -> bool {
         if self.state.last_step_us.is_some_and(|last_us| now_us <= last_us) {
             return false;
+        }
+        let late_us = self.state.last_step_us.map_or(0, |last_us| (now_us - last_us).saturating_sub(STEP_US));
+        if late_us >= STEP_US {
+            let [count, latest_us] = self.state.late;
+            let late_us = u32::try_from(late_us).unwrap_or(u32::MAX);
+            self.state.late = [count.saturating_add(1), latest_us.max(late_us)];
+            self.losses.news = true;
         }
         self.state.last_step_us = Some(now_us);
         if !self.state.configured {
@@ -428,6 +437,7 @@ impl Backseat {
 
     /// The counters that the host link carries.
     pub fn link_health(&self) -> hostlink::Health {
+        let [late_steps, latest_step_us] = self.state.late;
         hostlink::Health {
             accepted_frames: Port::DEVICES.map(|port| self.links.accepted(port)),
             rejected_frames: self.links.rejected(&self.parameters.active().app),
@@ -436,6 +446,8 @@ impl Backseat {
             receive_losses: self.drivers.receive_losses,
             oscillator: self.clock.oscillator(),
             log: self.drivers.log,
+            late_steps,
+            latest_step_us,
         }
     }
 

@@ -15,6 +15,8 @@ use std::time::{Duration, Instant};
 
 /// Frames leave at most this late.
 const TICK_US: u64 = 2_000;
+/// The backseat steps this often, µs.
+const STEP_US: u64 = 100_000;
 /// A board takes up its own clock two seconds after power-up, when no other has come.
 const PATIENCE: Duration = Duration::from_secs(10);
 
@@ -71,6 +73,7 @@ pub fn fly_realtime_with_ship<P: Ports>(
     let mut now_us = 0;
     let mut sampled_s = 0;
     let mut under_way = false;
+    let mut stepped_us = None;
     while now_us < end_us && !stop.load(Ordering::Relaxed) && !recorder.flight.finished {
         let due = Duration::from_micros(now_us + TICK_US);
         sleep(due.saturating_sub(begun.elapsed()));
@@ -87,7 +90,11 @@ pub fn fly_realtime_with_ship<P: Ports>(
         let mut latest: Option<Telemetry> = None;
         let flight = &mut recorder.flight;
         client.drain(|message| match message {
-            FromBoard::Telemetry(telemetry) => latest = Some(telemetry),
+            FromBoard::Telemetry(telemetry) => {
+                let before_us = stepped_us.replace(telemetry.time_us).unwrap_or(telemetry.time_us);
+                note_step(flight, telemetry.time_us.saturating_sub(before_us));
+                latest = Some(telemetry);
+            }
             FromBoard::Fusion(fusion) => flight.fusions.extend(FusionRecord::of(&fusion)),
             FromBoard::Identification(record) => flight.identifications.push(record),
             _ => {}
@@ -111,6 +118,15 @@ pub fn fly_realtime_with_ship<P: Ports>(
     Ok(flight)
 }
 
+/// A step of the backseat that came so long after the one before it.
+fn note_step(flight: &mut FlightLog, gap_us: u64) {
+    let late_us = gap_us.saturating_sub(STEP_US);
+    if late_us >= STEP_US {
+        flight.late_steps += 1;
+        flight.latest_step_s = flight.latest_step_s.max(late_us as f64 * 1e-6);
+    }
+}
+
 /// Whether a mission that ends here was flown to its end.
 fn is_at_the_end(scenario: &Scenario, state: &[f64; 12]) -> bool {
     short_of_m(scenario, state).is_none_or(|short_of_m| short_of_m <= END_RADIUS_M)
@@ -128,4 +144,18 @@ fn wait_for_clock<P: Ports>(client: &mut Client<P>) -> Result<(), BackseatError>
         client.drain(|message| running |= matches!(message, FromBoard::Telemetry(_)))?;
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn late_steps_are_counted() {
+        let mut flight = FlightLog::default();
+        for gap_us in [0, 100_000, 199_000, 200_000, 579_000, 100_000] {
+            note_step(&mut flight, gap_us);
+        }
+        assert_eq!((flight.late_steps, flight.latest_step_s), (2, 0.479));
+    }
 }

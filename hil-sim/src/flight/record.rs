@@ -64,6 +64,10 @@ pub struct FlightLog {
     pub modes: Vec<ModeChange>,
     /// The backseat's running digest after the last step.
     pub digest: u64,
+    /// In real time: steps of the backseat that came a whole step late or more.
+    pub late_steps: u32,
+    /// By how much the latest of them was, s.
+    pub latest_step_s: f64,
     /// Simulated time, s.
     pub simulated_s: f64,
     /// Time taken, s.

@@ -43,6 +43,7 @@ pub struct Scenario {
 #[serde(deny_unknown_fields)]
 pub struct Settings {
     /// Name, for reports and folders.
+    #[serde(deserialize_with = "quantity::name")]
     pub name: String,
     /// The simulation ends here at the latest, s.
     #[serde(deserialize_with = "quantity::duration")]

@@ -1,5 +1,6 @@
 //! What goes to the terminal.
 
+use crate::lettering::printable;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::{self, Write};
 use std::time::{Duration, Instant};
@@ -7,13 +8,24 @@ use std::time::{Duration, Instant};
 /// Work that is done sooner shows no bar.
 const PATIENCE: Duration = Duration::from_secs(1);
 
+/// Text as it may go to a terminal: what a log, a file or a board wrote into it moves no cursor and sets no title.
+fn visible(text: &str) -> String {
+    text.chars().map(printable).collect()
+}
+
+/// Writes a line to stderr.
+pub fn say(line: &str) {
+    eprintln!("{}", visible(line));
+}
+
 /// Writes to stdout; a reader that has gone (`| head`) is no failure.
 ///
 /// # Errors
 /// What the operating system reports.
 pub fn print(text: &[u8]) -> anyhow::Result<()> {
     let mut stdout = io::stdout().lock();
-    match stdout.write_all(text).and_then(|()| stdout.flush()) {
+    let shown = std::str::from_utf8(text).map(visible);
+    match stdout.write_all(shown.as_ref().map_or(text, |shown| shown.as_bytes())).and_then(|()| stdout.flush()) {
         Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
         result => Ok(result?),
     }
@@ -87,5 +99,16 @@ impl Spinner {
 impl Drop for Spinner {
     fn drop(&mut self) {
         self.bar.finish_and_clear();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn nothing_that_moves_a_cursor_or_sets_a_title_is_shown() {
+        let nasty = "a\u{1b}[31mred\u{7}\u{9b}2J\r\u{7f}b\nc\td é °";
+        assert_eq!(visible(nasty), "a\u{fffd}[31mred\u{fffd}\u{fffd}2J\u{fffd}\u{fffd}b\nc\td é °");
     }
 }

@@ -88,6 +88,7 @@ pub fn lines(look: &Look) -> Vec<CheckLine> {
     lines.extend(Port::DEVICES.map(|port| device(look, port)));
     lines.extend([
         losses(look),
+        steps(look),
         clock(look),
         oscillator(look),
         log(look),
@@ -196,6 +197,26 @@ fn losses(look: &Look) -> CheckLine {
         false => format!("in {} s: {}", look.watched.as_secs(), losses.join(", ")),
     };
     CheckLine::new(verdict, WHAT, found)
+}
+
+/// Steps that did not come in time: a computer that is too busy, or a board whose step takes too long.
+fn steps(look: &Look) -> CheckLine {
+    let (before, after) = &look.counters;
+    let during = after.late_steps.saturating_sub(before.late_steps);
+    let verdict = match (during, after.late_steps) {
+        (0, 0) => Verdict::Pass,
+        (0, _) => Verdict::Note,
+        _ => Verdict::Fail,
+    };
+    let found = match after.late_steps {
+        0 => "all in time since start".to_owned(),
+        all => format!(
+            "{during} late in {} s ({all} since start, the latest by {:.0} ms)",
+            look.watched.as_secs(),
+            f64::from(after.latest_step_us) * 1e-3
+        ),
+    };
+    CheckLine::new(verdict, "steps", found)
 }
 
 fn clock(look: &Look) -> CheckLine {
@@ -342,6 +363,8 @@ mod tests {
             pps_edges: 0,
             synchronised: false,
             receive_losses,
+            late_steps: 0,
+            latest_step_us: 0,
             oscillator: Oscillator::Crystal,
             log: BoardLog::NONE,
         };

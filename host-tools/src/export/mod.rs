@@ -1,10 +1,12 @@
 //! `backseat export`: a log as tables for anybody, and for Foxglove.
 
+mod axis;
 mod foxglove;
 mod tables;
 
 use crate::decode::Decoding;
 use anyhow::bail;
+use axis::Axis;
 use backseat_logs::session::{Clock, Damage, Entry, Event, Reader};
 use backseat_report::console::{self, Progress};
 use backseat_wire::hostlink::Port;
@@ -27,7 +29,8 @@ that stand in it. In the folder of --csv:
   vehicle_log.csv  raw samples and commands, as backseat navigate, identify and diagnose read them: they apply
                    the [installation] of the vehicle file (arms, turns, delays), once
   telemetry.csv    the board's estimate at every step    fusion.csv  each of its innovations    events.csv  modes, notes
-t_s counts from the board's start; in a session of backseat record from the first byte. The file of --foxglove opens in
+t_s counts from the board's start; in a session of backseat record from the first byte. After a reset it goes on: where
+UTC has it, or a step behind what was before. The file of --foxglove opens in
 Foxglove with the layout that is written beside it (Import layout from file): map, 3D, plots.";
 
 /// Export a session or a board's log as CSV, or for Foxglove
@@ -120,8 +123,10 @@ fn decode_log(
     let is_host = reader.meta().clock == Clock::Host;
     let mut base_us = None;
     let mut decoding = Decoding::new(None);
+    let mut axis = Axis::of(path)?;
     while let Some(entry) = reader.next() {
         let mut entry = entry?;
+        entry.time_us = axis.place(entry.time_us);
         let base_us = *base_us.get_or_insert_with(|| {
             let calendar = is_host && entry.time_us > CALENDAR_US;
             if calendar {

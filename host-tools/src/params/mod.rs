@@ -11,7 +11,10 @@ use backseat_logs::output::{self, Existing};
 use backseat_logs::{BoardFile, BoardParameter, parameters_page};
 use backseat_wire::ship_state::Key;
 use clap::Subcommand;
+use ratatui::crossterm::event::{self, Event, KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
+use ratatui::crossterm::terminal::{disable_raw_mode, enable_raw_mode};
 use serde_json::json;
+use std::io::{BufRead as _, IsTerminal as _};
 use std::path::PathBuf;
 
 const EXAMPLES: &str = "\
@@ -33,9 +36,11 @@ const SET: &str = "\
 Examples:
   backseat params set /dev/ttyACM0 app.use_dvl=1 'drag.quadratic_diag[0]=3.4'
   backseat params set /dev/ttyACM0 installation.sound_speed_mps=1483 --unlock
-  backseat params set /dev/ttyACM0 app.acoustic_key=$(openssl rand -hex 16)
+  backseat params set /dev/ttyACM0 app.acoustic_key=@ship.key      from a file
+  backseat params set /dev/ttyACM0 app.acoustic_key=-              asked for, or from a pipe
 
-The key of the acoustic payloads (32 hexadecimal digits, or none) is shared with the ship; it can be written, not read.
+The key of the acoustic payloads (32 hexadecimal digits, `openssl rand -hex 16 > ship.key`; or none) is shared with the
+ship; it can be written, not read. It is not taken from the command line, which every user of the computer can see.
 With a key only packets that carry its authentication code are used. It cannot be set during a mission; params store
 keeps it through power-off.";
 
@@ -134,14 +139,72 @@ const KEY: &str = "app.acoustic_key";
 #[derive(Clone, Debug, PartialEq)]
 enum Assignment {
     Number(String, f64),
-    Key(Key),
+    Key(KeySource),
+}
+
+/// Where a key comes from; never from the command line.
+#[derive(Clone, Debug, PartialEq)]
+enum KeySource {
+    /// No key.
+    None,
+    /// A file of 32 hexadecimal digits.
+    File(PathBuf),
+    /// Whoever sits here, or a pipe.
+    Asked,
+}
+
+impl KeySource {
+    fn read(&self) -> anyhow::Result<Key> {
+        let (text, place) = match self {
+            Self::None => return Ok(Key::NONE),
+            Self::File(path) => (backseat_logs::settings::read(path)?, path.display().to_string()),
+            Self::Asked => (ask()?, "what was given as the key".to_owned()),
+        };
+        // an error does not show it
+        text.trim().parse().map_err(|_| anyhow!("{place}: neither 32 hexadecimal digits nor none"))
+    }
+}
+
+/// A line of standard input; at a terminal it is not shown.
+fn ask() -> anyhow::Result<String> {
+    let mut text = String::new();
+    if !std::io::stdin().is_terminal() {
+        std::io::stdin().lock().read_line(&mut text)?;
+        return Ok(text);
+    }
+    console::say(&format!("{KEY}, 32 hexadecimal digits (not shown):"));
+    enable_raw_mode()?;
+    let read = loop {
+        match event::read() {
+            Ok(Event::Key(KeyEvent { code, modifiers, kind: KeyEventKind::Press, .. })) => match code {
+                KeyCode::Enter => break Ok(()),
+                KeyCode::Char('c') if modifiers.contains(KeyModifiers::CONTROL) => break Err(anyhow!("interrupted")),
+                KeyCode::Char(c) => text.push(c),
+                KeyCode::Backspace => {
+                    text.pop();
+                }
+                _ => {}
+            },
+            Ok(_) => {}
+            Err(error) => break Err(error.into()),
+        }
+    };
+    disable_raw_mode()?;
+    read.map(|()| text)
 }
 
 fn assignment(text: &str) -> Result<Assignment, String> {
     let (name, value) = text.split_once('=').ok_or("expected NAME=VALUE")?;
     let (name, value) = (name.trim(), value.trim());
     if name == KEY {
-        return value.parse().map(Assignment::Key).map_err(|_| "neither 32 hexadecimal digits nor none".to_owned());
+        return match (value, value.strip_prefix('@')) {
+            ("none", _) => Ok(Assignment::Key(KeySource::None)),
+            ("-", _) => Ok(Assignment::Key(KeySource::Asked)),
+            (_, Some(path)) if !path.is_empty() => Ok(Assignment::Key(KeySource::File(path.into()))),
+            _ => Err("a key on a command line can be seen by every user of this computer: expected @FILE, - (to be \
+                      asked) or none"
+                .to_owned()),
+        };
     }
     let value = value.parse().map_err(|_| format!("{value}: not a number"))?;
     Ok(Assignment::Number(name.to_owned(), value))
@@ -156,7 +219,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
             for value in values {
                 match value {
                     Assignment::Number(name, value) => numbers.push((name.clone(), *value)),
-                    Assignment::Key(new) => key = Some(*new),
+                    Assignment::Key(source) => key = Some(source.read()?),
                 }
             }
             set(common, &numbers, key, *unlock)
@@ -264,7 +327,9 @@ mod tests {
     #[test]
     fn assignments() {
         assert_eq!(assignment("fins.cl[0]=-3.1e0"), Ok(Assignment::Number("fins.cl[0]".to_owned(), -3.1)));
-        assert_eq!(assignment("app.acoustic_key=none"), Ok(Assignment::Key(Key::NONE)));
+        assert_eq!(assignment("app.acoustic_key=none"), Ok(Assignment::Key(KeySource::None)));
+        assert_eq!(assignment("app.acoustic_key=-"), Ok(Assignment::Key(KeySource::Asked)));
+        assert_eq!(assignment("app.acoustic_key=@k"), Ok(Assignment::Key(KeySource::File("k".into()))));
         let wrong = assignment("app.acoustic_key=0123456789abcdef").unwrap_err();
         assert!(!wrong.contains("0123"), "{wrong}");
         for text in ["fins.cl[0]", "fins.cl[0]=", "fins.cl[0]=big", "=1=2"] {

@@ -228,7 +228,7 @@ impl Recording {
 
     /// On the screen and into the log.
     fn say(&mut self, at: Instant, note: String) -> Result<(), DataError> {
-        self.bar.suspend(|| eprintln!("{note}"));
+        self.bar.suspend(|| console::say(&note));
         self.write(at, Event::Note(note))
     }
 

@@ -7,6 +7,7 @@ use backseat_analysis::sim::{self, Options, TopsideKind};
 use backseat_link::{Ports, Process, Serial, Tap};
 use backseat_logs::VehicleFile;
 use backseat_logs::output::{self, Existing};
+use backseat_report::console;
 use backseat_wire::hostlink::Port;
 use hil_sim::backseat::{InProcess, Qemu, build_image};
 use hil_sim::faults::Board;
@@ -108,7 +109,7 @@ pub fn run(arguments: &Args) -> anyhow::Result<Outcome> {
         minutes: arguments.minutes,
         out: arguments.out.clone(),
     };
-    let say = |line: &str| eprintln!("{line}");
+    let say = console::say;
     let (flown, report) = sim::fly(&options, &stop, &say, |scenario| {
         let (backseat, ports) = start(arguments, scenario)?;
         let is_watched = arguments.monitor || arguments.wait;
@@ -122,7 +123,7 @@ pub fn run(arguments: &Args) -> anyhow::Result<Outcome> {
     if stop.load(Ordering::Relaxed) {
         bail!("interrupted after {:.0} s; the files are complete up to there", flown.flight.simulated_s);
     }
-    Ok(Outcome::doubtful_if(!flown.ending.is_trustworthy()))
+    Ok(Outcome::doubtful_if(!flown.is_trustworthy()))
 }
 
 /// Starts the backseat asked for; where its ports are.

@@ -2,9 +2,10 @@
 
 use anyhow::{bail, ensure};
 use backseat_analysis::topside_config::Vehicle;
+use backseat_report::console;
 use backseat_topside::{ABORT_PACKETS, Topside};
 use backseat_wire::abort::EVERYBODY;
-use std::io::{BufRead, IsTerminal, Write};
+use std::io::{BufRead, IsTerminal};
 
 /// The name that means every vehicle with the key.
 const ALL: &str = "all";
@@ -90,8 +91,7 @@ pub fn order(topside: &mut Topside, vehicles: &[Vehicle], wanted: &str, yes: boo
     topside.abort(address).map_err(|refused| anyhow::anyhow!("--abort {wanted}: {refused}"))?;
     if !yes {
         ensure!(std::io::stdin().is_terminal(), "--abort {wanted}: needs a terminal to ask on, or --yes");
-        eprint!("This ends the mission of {}. Type {wanted} to do it: ", name(address, vehicles));
-        std::io::stderr().flush()?;
+        console::say(&format!("This ends the mission of {}. Type {wanted} to do it: ", name(address, vehicles)));
         let mut line = String::new();
         std::io::stdin().lock().read_line(&mut line)?;
         ensure!(line.trim() == wanted, "--abort {wanted}: not confirmed; nothing is sent");

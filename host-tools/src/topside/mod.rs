@@ -14,6 +14,7 @@ use anyhow::{Context, bail};
 use backseat_analysis::topside_config::{self as config, Vehicle};
 use backseat_logs::output::Existing;
 use backseat_logs::session::{Attachment, Clock, Meta, Writer};
+use backseat_report::console;
 use backseat_topside::{Port, Topside};
 use line::SerialLine;
 use model::Model;
@@ -123,20 +124,21 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
 fn check(topside: &Topside, vehicles: &[Vehicle], as_json: bool) -> anyhow::Result<()> {
     let (table, config) = (topside.slots(), topside.config());
     if as_json {
-        println!("{}", json::object(topside, 0, &[]));
-        return Ok(());
+        return console::print(format!("{}\n", json::object(topside, 0, &[])).as_bytes());
     }
-    println!("ship: modem address {}, downlinks to {}, rate {}", config.address, config.destination, config.rate);
-    for vehicle in vehicles {
-        println!("vehicle {}: modem address {}", vehicle.name, vehicle.address);
-    }
-    println!("cycle of {} s, its starts at whole multiples of UTC seconds since 1970", table.period_s());
-    for slot in table.slots() {
+    let mut lines = vec![format!(
+        "ship: modem address {}, downlinks to {}, rate {}",
+        config.address, config.destination, config.rate
+    )];
+    lines.extend(vehicles.iter().map(|vehicle| format!("vehicle {}: modem address {}", vehicle.name, vehicle.address)));
+    lines.push(format!("cycle of {} s, its starts at whole multiples of UTC seconds since 1970", table.period_s()));
+    lines.extend(table.slots().iter().map(|slot| {
         let whom = slot.exchange.vehicle().map_or("all".to_owned(), |vehicle| vehicle.to_string());
-        println!("  {:>4} s  {:<12} {whom}", slot.offset_s, slot.exchange.name());
-    }
-    println!("packets are {}", if config.key.is_set() { "authenticated" } else { "not authenticated: no key" });
-    Ok(())
+        format!("  {:>4} s  {:<12} {whom}", slot.offset_s, slot.exchange.name())
+    }));
+    let key = if config.key.is_set() { "authenticated" } else { "not authenticated: no key" };
+    lines.push(format!("packets are {key}"));
+    console::print(lines.iter().map(|line| format!("{line}\n")).collect::<String>().as_bytes())
 }
 
 /// What came of bytes and a step.

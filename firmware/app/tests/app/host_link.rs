@@ -123,6 +123,20 @@ fn the_counters_tell_what_came_in() {
     assert_eq!(health.receive_losses, [0; 5]);
 }
 
+/// Six tenths of a second without a step: it came half a second late.
+#[test]
+fn steps_that_come_late_are_counted() {
+    let (mut world, mut board) = (World::new(), Direct::new(None));
+    world.run(&mut board, 2);
+    let now_us = board.app_mut().stepped_us().expect("a step");
+    for step_us in [now_us + 199_999, now_us + 799_999, now_us + 899_999] {
+        board.app_mut().step(step_us);
+    }
+    board.request(&ToBoard::HealthGet);
+    let health = board.heard().health.take().expect("counters");
+    assert_eq!((health.late_steps, health.latest_step_us), (1, 500_000));
+}
+
 #[test]
 fn what_drivers_lose_is_reported_once_and_unasked() {
     let (mut world, mut board) = (World::new(), Direct::new(None));

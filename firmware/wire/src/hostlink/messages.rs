@@ -297,6 +297,10 @@ pub struct Health {
     pub oscillator: Oscillator,
     /// The board's own log.
     pub log: BoardLog,
+    /// Steps that came a whole step late or more, since start.
+    pub late_steps: u32,
+    /// By how much the latest of them was, µs.
+    pub latest_step_us: u32,
 }
 
 /// One scalar fusion, as `backseat_core::navigation::FusionRecord`.

@@ -87,6 +87,8 @@ fn every_message_survives() {
             oscillator: Oscillator::Internal,
             receive_losses: [0, 1, 300, 70_000, u32::MAX],
             log: BoardLog { state: LogState::Failed, lost_records: 300 },
+            late_steps: 2,
+            latest_step_us: 479_000,
         }),
     ];
     let mut stream = Vec::new();

@@ -21,6 +21,9 @@ pub fn report(flown: &Flown) -> Report {
     if !ending.is_trustworthy() {
         report = report.alarm(&ending.headline());
     }
+    if let Some(late) = late(flown) {
+        report = report.alarm(&late);
+    }
     report = report.figure(
         "Track: truth, the backseat's estimate, its own 95 % ellipses and the acoustic paths that it used.",
         figures::map(scenario, flight, analysis),
@@ -75,6 +78,18 @@ pub fn picture(flown: &Flown) -> String {
     let own = figures::errors(analysis.configurations.get(..1).unwrap_or_default(), Scale::Linear);
     let all = figures::errors(&analysis.configurations, Scale::Log);
     sheet(&[&[figures::map(scenario, flight, analysis)], &[own, all]])
+}
+
+/// What is to be said of a backseat that did not keep time.
+fn late(flown: &Flown) -> Option<String> {
+    let flight = &flown.flight;
+    (flight.late_steps > 0).then(|| {
+        format!(
+            "LATE: {} steps of the backseat came late, the latest by {:.0} ms: this computer is too busy for real time",
+            flight.late_steps,
+            1e3 * flight.latest_step_s
+        )
+    })
 }
 
 fn verdict(flown: &Flown) -> String {
@@ -195,7 +210,9 @@ fn json(flown: &Flown) -> Value {
         "companion": companion.as_ref().map(topside_score::companion_json),
         "finished": matches!(ending, Ending::Flown),
         "ending": ending.name(),
-        "trust": if ending.is_trustworthy() { "ok" } else { "suspicious" },
+        "trust": if flown.is_trustworthy() { "ok" } else { "suspicious" },
+        "late_steps": flight.late_steps,
+        "latest_step_s": flight.latest_step_s,
         "simulated_s": flight.simulated_s,
         "wall_s": flight.wall_s,
         "digest": format!("{:016x}", flight.digest),

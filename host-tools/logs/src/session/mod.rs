@@ -29,6 +29,7 @@
 
 mod board_log;
 mod format;
+mod index;
 mod reader;
 mod telemetry;
 mod writer;

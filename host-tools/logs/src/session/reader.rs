@@ -2,6 +2,7 @@
 
 use super::board_log::BoardLog;
 use super::format::{self, Direction, Note, Parameters, Start, Tick};
+use super::index::Index;
 use super::{Attachment, Clock, Damage, Entry, Event, Meta};
 use crate::DataError;
 use mcap::records::{MessageHeader, Record, op};
@@ -10,7 +11,7 @@ use mcap::{MAGIC, McapError};
 use serde::de::DeserializeOwned;
 use std::collections::{HashMap, VecDeque};
 use std::fs::File;
-use std::io::{Read, Seek};
+use std::io::{Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
 /// No chunk is larger, unpacked: a broken length must not become a huge buffer.
@@ -102,6 +103,7 @@ struct Session {
     length: u64,
     read: u64,
     records: LinearReader,
+    index: Index,
     /// Where the last whole record ended.
     whole: u64,
     topics: HashMap<u16, String>,
@@ -113,18 +115,18 @@ struct Session {
 
 impl Session {
     /// Reads up to the first event.
-    fn open(path: &Path, file: File) -> Result<(Self, Meta), DataError> {
+    fn open(path: &Path, mut file: File) -> Result<(Self, Meta), DataError> {
         let length = file.metadata().map_err(|error| DataError::io(path, &error))?.len();
-        let limit = usize::try_from(length).unwrap_or(usize::MAX);
-        let options = LinearReaderOptions::default().with_emit_chunks(true).with_record_length_limit(limit);
+        let mut index = Index::read(&mut file, length).map_err(|error| DataError::io(path, &error))?;
         let mut session = Self {
             path: path.to_owned(),
             file,
             length,
             read: 0,
-            records: LinearReader::new_with_options(options),
+            records: LinearReader::new_with_options(options(length)),
             whole: MAGIC.len() as u64,
-            topics: HashMap::new(),
+            topics: std::mem::take(&mut index.topics),
+            index,
             waiting: VecDeque::new(),
             attachments: Vec::new(),
             damage: Damage::default(),
@@ -152,6 +154,7 @@ impl Session {
 
     /// Takes in one record; the description, if it is that.
     fn advance(&mut self) -> Result<Option<Meta>, DataError> {
+        let from = self.whole;
         let (opcode, record) = loop {
             match self.records.next_event() {
                 None => {
@@ -168,8 +171,11 @@ impl Session {
                     self.whole += (1 + 8 + data.len()) as u64;
                     break (opcode, data.to_vec());
                 }
-                // The end is missing, or a length makes no sense: nothing behind can be found.
+                // The end is missing, or a length makes no sense: what is behind is found by the index alone.
                 Some(Err(_)) => {
+                    if let Some(start) = self.index.behind(from) {
+                        return self.go_on_at(start).map(|()| None);
+                    }
                     self.damage.unfinished = true;
                     self.damage.cut_bytes = self.length.saturating_sub(self.whole);
                     self.ended = true;
@@ -180,10 +186,16 @@ impl Session {
         if opcode == op::CHUNK {
             match self.chunk(&record) {
                 Ok(entries) => self.waiting.extend(entries),
-                Err(Broken::Chunk) => self.damage.broken_records += 1,
+                Err(Broken::Chunk) => match self.swallowed(from) {
+                    Some(start) => self.go_on_at(start)?,
+                    None => self.damage.broken_records += 1,
+                },
                 Err(Broken::Message(message)) => return Err(DataError::file(&self.path, message)),
             }
             return Ok(None);
+        }
+        if let Some(start) = self.swallowed(from) {
+            return self.go_on_at(start).map(|()| None);
         }
         match parse_record(opcode, &record) {
             Ok(Record::Metadata(metadata)) if metadata.name == format::METADATA => {
@@ -199,6 +211,20 @@ impl Session {
             Err(_) => self.damage.broken_records += 1,
         }
         Ok(None)
+    }
+
+    /// A chunk that begins within the record from there to here: the record's length is wrong.
+    fn swallowed(&self, from: u64) -> Option<u64> {
+        self.index.behind(from).filter(|start| *start < self.whole)
+    }
+
+    /// Leaves a broken record out and goes on with a chunk behind its beginning.
+    fn go_on_at(&mut self, start: u64) -> Result<(), DataError> {
+        self.damage.broken_records += 1;
+        self.file.seek(SeekFrom::Start(start)).map_err(|error| DataError::io(&self.path, &error))?;
+        self.records = LinearReader::new_with_options(options(self.length).with_skip_start_magic(true));
+        (self.whole, self.read) = (start, start);
+        Ok(())
     }
 
     /// The events of a chunk whose CRC is right.
@@ -243,8 +269,14 @@ impl Session {
     }
 }
 
+/// Chunks come whole, and no record is longer than the file.
+fn options(length: u64) -> LinearReaderOptions {
+    let limit = usize::try_from(length).unwrap_or(usize::MAX);
+    LinearReaderOptions::default().with_emit_chunks(true).with_record_length_limit(limit)
+}
+
 /// [`mcap::parse_record`], which panics (0.26) on an attachment that ends before its CRC.
-fn parse_record(opcode: u8, body: &[u8]) -> Result<Record<'_>, McapError> {
+pub(super) fn parse_record(opcode: u8, body: &[u8]) -> Result<Record<'_>, McapError> {
     fn after_text(body: &[u8]) -> Option<&[u8]> {
         let (length, rest) = body.split_first_chunk()?;
         rest.get(u32::from_le_bytes(*length) as usize..)

@@ -406,6 +406,13 @@ impl Model {
                 self.journal.note(self.when(), severity, text);
             }
         }
+        let late_before = self.health.as_ref().map_or(health.late_steps, |last| last.late_steps);
+        if health.late_steps > late_before {
+            let latest_ms = f64::from(health.latest_step_us) * 1e-3;
+            let text =
+                format!("{} steps came late, the latest so far by {latest_ms:.0} ms", health.late_steps - late_before);
+            self.journal.note(self.when(), Severity::Warning, text);
+        }
         self.health = Some(health);
     }
 

@@ -133,6 +133,8 @@ pub fn flying() -> (Model, u64) {
                     receive_losses: [0; 5],
                     oscillator: Oscillator::Crystal,
                     log: BoardLog::NONE,
+                    late_steps: 0,
+                    latest_step_us: 0,
                 }),
             );
         }

@@ -76,7 +76,10 @@ fn set_is_all_or_nothing_and_tells_each_refusal() {
 fn the_key_is_set_and_never_shown() {
     let bench = Bench::new();
     let secret = "915f0e33d477a2681ce94b86f02d53ba";
-    let printed = bench.good(&["params", "set", "PORT", &format!("app.acoustic_key={secret}")]);
+    let refused = bench.run(&["params", "set", "PORT", &format!("app.acoustic_key={secret}")]);
+    assert!(refused.code == Some(2) && refused.stderr.contains("can be seen by every user"), "{}", refused.stderr);
+    bench.write("ship.key", &format!("{secret}\n"));
+    let printed = bench.good(&["params", "set", "PORT", "app.acoustic_key=@ship.key"]);
     assert!(printed.contains("app.acoustic_key: set"), "{printed}");
     let get = bench.good(&["params", "get", "PORT"]);
     assert!(get.contains("app.acoustic_key  set"), "{get}");

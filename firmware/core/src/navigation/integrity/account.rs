@@ -36,6 +36,8 @@ pub(super) const STATES: usize = 14;
 
 /// √PSD of the position's noise, m/√s: what a dynamic model misses within a turn and a wave, 2 cm/s for 2 s.
 const POSITION_NOISE: f64 = 0.03;
+/// Squared: so many sigmas are beyond everything, 1e-15 of a normal number.
+const EXPLAINED: f64 = 64.0;
 /// Squared: a measurement counts with so many sigmas at most ...
 const HUBER: f64 = 9.0;
 /// ... and beyond so many, squared, what an entry allows is open again ...
@@ -165,6 +167,12 @@ impl Account {
             p[i][i] += POSITION_NOISE * POSITION_NOISE * t;
         }
         self.evidence *= libm::exp(-t / EVIDENCE_S);
+    }
+
+    /// Whether a measurement is within what the account holds possible.
+    pub(super) fn explains(&self, scalar: &Scalar) -> bool {
+        let (_, predicted) = self.spread(&scalar.row);
+        scalar.innovation * scalar.innovation <= EXPLAINED * (predicted + scalar.variance)
     }
 
     /// Corrects it; `priors` of an entry that a contradiction opens again. Returns ln of the likelihood, a measurement

@@ -267,14 +267,11 @@ impl ProtectionLevel {
         // what a packet states of the ship may be as slow as a receiver's error: antenna, arm, datum
         self.state_ship(declared, ship.position_sigma_m);
         let declared = &self.with_ship(declared);
-        for (account, entry) in self.accounts.iter_mut().zip(&TABLE) {
+        let scalar = |account: &Account| {
             let x = &account.x;
             let n = x[0] - since_m[0] - ship.position_m[0] + x[SHIP.start];
             let e = x[1] - since_m[1] - ship.position_m[1] + x[SHIP.start + 1];
             let ground_m = libm::hypot(n, e);
-            if ground_m < NEAR_M {
-                continue;
-            }
             let distance_m = libm::hypot(ground_m, down_m);
             let mut row = [0.0; STATES];
             [row[0], row[1]] = [n / distance_m, e / distance_m];
@@ -285,8 +282,17 @@ impl ProtectionLevel {
             let curvature_m = (across / distance_m).min(distance_m);
             let predicted_m = (1.0 + x[SCALE.start]) * distance_m + x[BIAS.start] + 0.5 * curvature_m;
             let variance = noise + 0.5 * curvature_m * curvature_m;
-            let scalar = Scalar { row, innovation: range_m - predicted_m, variance };
-            account.evidence += account.correct(&scalar, &entry.nuisances(declared));
+            (ground_m >= NEAR_M).then_some(Scalar { row, innovation: range_m - predicted_m, variance })
+        };
+        // what no entry of the table makes is no range: an echo, a packet that was jammed and sent again
+        let explained = |account: &Account| scalar(account).is_none_or(|scalar| account.explains(&scalar));
+        if !self.accounts.iter().any(explained) {
+            return;
+        }
+        for (account, entry) in self.accounts.iter_mut().zip(&TABLE) {
+            if let Some(scalar) = scalar(account) {
+                account.evidence += account.correct(&scalar, &entry.nuisances(declared));
+            }
         }
         self.silent_s = 0.0;
     }
@@ -353,6 +359,8 @@ mod tests {
         silent_s: f64,
         /// One sigma that the ship states of itself; 0: 0.5, m.
         stated_m: f64,
+        /// Ranges from here on are sent again a second late, s.
+        replayed_s: f64,
     }
 
     /// Largest error over level, horizontally and in depth, and the last level, of an estimate that believes the fix,
@@ -386,7 +394,9 @@ mod tests {
                 let (sin, cos) = libm::sincos(core::f64::consts::TAU * time_s / 900.0);
                 let place = [truth[0] + 400.0 * cos, truth[1] + 400.0 * sin];
                 let [north, east] = [truth[0] - place[0], truth[1] - place[1]];
-                let range_m = libm::hypot(libm::hypot(north, east), truth[2]) + wrong.range_m;
+                let replayed = wrong.replayed_s > 0.0 && time_s >= wrong.replayed_s;
+                let late_m = if replayed { 1500.0 } else { 0.0 };
+                let range_m = libm::hypot(libm::hypot(north, east), truth[2]) + wrong.range_m + late_m;
                 let ship = ShipReport {
                     position_m: [place[0] + wrong.ship_m[0], place[1] + wrong.ship_m[1]],
                     velocity_mps: [0.0; 2],
@@ -437,6 +447,16 @@ mod tests {
             [0.5, 10.0].map(|stated_m| fly(Wrong { stated_m, ..Wrong::default() }, 2700).1.horizontal_m);
         // 3.7 sigmas of a circle at 1e-3
         assert!(vague > 30.0 && known < 30.0, "{known} m, {vague} m");
+    }
+
+    /// A packet that is jammed and sent again a second later says 1500 m too much, which nothing in the table does: it
+    /// is silence.
+    #[test]
+    fn val_a_range_that_nothing_explains_is_silence() {
+        let silent = fly(Wrong { silent_s: 900.0, ..Wrong::default() }, 1500).1.horizontal_m;
+        let replayed = fly(Wrong { replayed_s: 900.0, ..Wrong::default() }, 1500).1.horizontal_m;
+        // a range of the last second puts the level off to the next: 0.2 m of growth
+        assert!((replayed - silent).abs() < 0.5, "{replayed} m, {silent} m");
     }
 
     /// Silence costs: without ranges the level grows without end.
