@@ -17,7 +17,7 @@ use backseat_logs::session::{Entry, Event};
 use backseat_logs::{Column, LogRow};
 use backseat_wire::calendar::DAY_US;
 use backseat_wire::hostlink::{
-    Decoder, Estimates, FromBoard, FusionTelemetry, Identification, Mode, ModeReason, Port, Telemetry, ToBoard,
+    Decoder, Estimates, FromBoard, FusionTelemetry, Identification, Mode, ModeReason, Naming, Port, Telemetry, ToBoard,
 };
 
 /// A decoded record with its time by the log's clock.
@@ -53,6 +53,7 @@ pub enum EventKind {
     Mode,
     Learnt,
     Fault,
+    Naming,
     Recorder,
     Loss,
 }
@@ -64,6 +65,7 @@ impl EventKind {
             Self::Mode => "mode",
             Self::Learnt => "learnt",
             Self::Fault => "fault",
+            Self::Naming => "naming",
             Self::Recorder => "recorder",
             Self::Loss => "loss",
         }
@@ -91,6 +93,7 @@ pub struct Decoding {
 #[derive(Default)]
 struct BoardRecords {
     mode: Option<(Mode, ModeReason)>,
+    naming: Option<Naming>,
     input: Option<ActuatorInput>,
     /// Telemetry has the commands: the frontseat's echo is not needed.
     heard: bool,
@@ -254,6 +257,13 @@ impl Decoding {
                 Ok(FromBoard::LearntStored(stored)) => {
                     let (_, text) = words::learnt(&stored);
                     out(Found { time_us, what: What::Event(EventKind::Learnt, text.to_owned()) });
+                }
+                Ok(FromBoard::Naming(naming)) => {
+                    if words::is_new(self.board.naming.as_ref(), &naming) {
+                        let (_, text) = words::naming(&naming);
+                        out(Found { time_us, what: What::Event(EventKind::Naming, text) });
+                    }
+                    self.board.naming = Some(naming);
                 }
                 Ok(FromBoard::Fault(report)) => {
                     let (_, text) = words::fault(&report);

@@ -162,6 +162,11 @@ impl App {
         self.backseat.steering.release();
     }
 
+    /// For a study.
+    pub fn naming(&self) -> &backseat_core::navigation::naming::Naming {
+        self.backseat.estimator.naming()
+    }
+
     /// Running digest of filter state and covariance.
     #[must_use]
     pub fn digest(&self) -> u64 {

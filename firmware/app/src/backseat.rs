@@ -421,6 +421,9 @@ impl Backseat {
         if let Some(report) = self.adaptation.fault_report(now_us) {
             send(out, &FromBoard::Fault(report));
         }
+        if let Some(statement) = self.estimator.take_statement() {
+            send(out, &FromBoard::Naming(telemetry::naming(&statement)));
+        }
         self.report_estimates(now_us, out);
     }
 

@@ -15,6 +15,7 @@ use crate::parameters::{AppSettings, Settings};
 use crate::store::{Coasted, Navigation, coast_m};
 use crate::time::{UtcClock, micros};
 use backseat_core::dynamics::{ActuatorInput, VehicleModel};
+use backseat_core::navigation::naming::{Naming, Statement};
 use backseat_core::navigation::{
     CloneId, ConfigError, Declared, FusionOutcome, FusionRecord, Fusions, InitialSpeed, InitialState, Integrity, Level,
     Measurement, NavigationError, Navigator, ProcessModel, ProtectionLevel, Sensor, ShipReport,
@@ -56,6 +57,10 @@ pub struct Estimator {
     integrity: Integrity,
     /// What bounds its error.
     protection: ProtectionLevel,
+    /// Names what has changed.
+    naming: Naming,
+    /// It is to.
+    names: bool,
     /// Each step declares it anew before it is used.
     declared: Declared,
     /// One sigma per axis of the slow errors of the vehicle's and of the ship's receiver, m.
@@ -91,6 +96,8 @@ impl Estimator {
             navigator,
             integrity: Integrity::new(),
             protection: ProtectionLevel::new(),
+            naming: Naming::new(),
+            names: false,
             declared: Declared::NONE,
             receivers_m: [0.0; 2],
             depth_drift_m: 0.0,
@@ -139,6 +146,7 @@ impl Estimator {
 
     /// What is declared of receivers and water; the vehicle's receiver counts by its dilution of precision.
     pub fn declare(&mut self, app: &AppSettings, hdop: Option<f64>) {
+        self.names = app.naming;
         let sigma_m = app.receiver_bias_m;
         self.receivers_m = [sigma_m * hdop.unwrap_or(1.0).max(1.0), sigma_m];
         self.declared = Declared {
@@ -156,6 +164,16 @@ impl Estimator {
     /// What the error exceeds with the declared probability only; `None` while there is no position.
     pub fn level(&self) -> Option<Level> {
         self.protection.level().filter(|_| self.navigator.is_initialised())
+    }
+
+    /// What is stated of what has changed, once for each time that it was weighed anew.
+    pub fn take_statement(&mut self) -> Option<Statement> {
+        self.naming.take_statement()
+    }
+
+    /// For a study.
+    pub fn naming(&self) -> &Naming {
+        &self.naming
     }
 
     /// The vehicle at the time of the last step.
@@ -232,6 +250,7 @@ impl Estimator {
         if self.navigator.is_initialised() {
             self.predict(horizon_us, inputs.actuators())?;
             self.protection.follow(&self.navigator.followed(), &self.declared);
+            self.naming.step(self.navigator.nominal().filter(|_| self.names));
             if self.packets.expire(horizon_us, &settings.app) {
                 self.drop_clones();
             }
@@ -270,14 +289,21 @@ impl Estimator {
     /// Predicts to `to_us`, in parts where the actuators change in between. At the filter's own time as well: what was fused
     /// last is checked there.
     fn predict(&mut self, to_us: u64, actuators: &ActuatorHistory) -> Result<(), NavigationError> {
-        let navigator = &mut self.navigator;
-        while let Some(change_us) = actuators.next_change_us(navigator.time_us(), to_us) {
-            navigator.predict(change_us, actuators.at(navigator.time_us()))?;
+        while let Some(change_us) = actuators.next_change_us(self.navigator.time_us(), to_us) {
+            self.predict_under(change_us, actuators)?;
         }
-        if to_us >= navigator.time_us() {
-            navigator.predict(to_us, actuators.at(navigator.time_us()))?;
+        if to_us >= self.navigator.time_us() {
+            self.predict_under(to_us, actuators)?;
         }
         Ok(())
+    }
+
+    /// Predicts under the input of the filter's time.
+    fn predict_under(&mut self, to_us: u64, actuators: &ActuatorHistory) -> Result<(), NavigationError> {
+        let Self { navigator, naming, names, .. } = self;
+        let input = actuators.at(navigator.time_us());
+        let observer = naming.will_predict(navigator.nominal().filter(|_| *names), navigator.state(), input);
+        navigator.predict_observed(to_us, input, observer)
     }
 
     /// Moves the output from the filter's time to the present; the covariance stays that of the horizon.
@@ -338,12 +364,13 @@ impl Estimator {
     }
 
     fn fuse_measurement(&mut self, measurement: &Measurement) {
-        let Self { navigator, integrity, protection, declared, .. } = self;
+        let Self { navigator, integrity, protection, declared, naming, names, .. } = self;
         let offset = navigator.mixture_offset(measurement);
         if let Some(aiding) = navigator.aiding(measurement) {
             protection.take(&navigator.followed(), &aiding, declared);
         }
-        let fusions: Fusions = navigator.fuse(measurement);
+        let observer = naming.will_fuse(navigator.nominal().filter(|_| *names), measurement);
+        let fusions: Fusions = navigator.fuse_observed(measurement, observer);
         integrity.take(&fusions, navigator.main().monitor(), &navigator.config().sensors, offset);
         for record in fusions.iter() {
             let confirms = matches!(record.sensor, Sensor::VehicleGnss | Sensor::Range);
@@ -398,6 +425,7 @@ impl Estimator {
         if self.navigator.initialise(now_us, &initial).is_ok() {
             self.navigator.start_from(&settings.learnt);
             self.integrity = Integrity::new();
+            self.naming.restart();
             self.protection.start(&self.navigator.followed(), sigma_m, &self.declared);
             self.resumed = resumed;
         }

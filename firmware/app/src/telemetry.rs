@@ -2,9 +2,12 @@
 
 use crate::estimator::Estimator;
 use backseat_core::dynamics::ActuatorInput;
+use backseat_core::navigation::naming::Statement;
 use backseat_core::navigation::{FusionOutcome, FusionRecord, Navigator, ShipReport};
 use backseat_core::state::{VEHICLE_STATES, X, Y};
-use backseat_wire::hostlink::{Estimate, Estimates, FusionTelemetry, Mode, ModeReason, Ship, Telemetry};
+use backseat_wire::hostlink::{
+    Estimate, Estimates, FusionTelemetry, Mode, ModeReason, NamedCause, Naming, Ship, Telemetry,
+};
 
 /// The record of a step.
 pub fn record(
@@ -59,6 +62,23 @@ pub fn estimates(time_us: u64, navigator: &Navigator, dives: u16) -> Option<Esti
     }
     let weights = navigator.weights().map(|weight| weight as f32);
     navigator.config().bank.then_some(Estimates { time_us, weights, dives, estimates })
+}
+
+/// What is stated of what has changed.
+pub fn naming(statement: &Statement) -> Naming {
+    let mut named = heapless::Vec::new();
+    for own in statement.named.iter().flatten() {
+        // there are no more than it has room for
+        let _ = named.push(NamedCause {
+            cause: own.cause.number(),
+            rival: own.rival.map_or(0, |rival| rival.number()),
+            size: own.size.map(|size| size as f32),
+            sigma: own.sigma.map(|sigma| sigma as f32),
+            since_us: own.since_us,
+            probability: own.probability as f32,
+        });
+    }
+    Naming { time_us: statement.time_us, unexplained: statement.unexplained, named }
 }
 
 /// The ship as a packet reports it.

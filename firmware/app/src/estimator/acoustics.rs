@@ -20,7 +20,7 @@ impl Estimator {
             PacketProgress::Lost => self.drop_clones(),
             PacketProgress::Begins(id) => {
                 self.drop_clones();
-                match self.navigator.clone_vehicle() {
+                match self.navigator.clone_vehicle_observed(self.naming.observer()) {
                     // as many as packets
                     Ok(clone) => {
                         let _ = self.clones.push((id, clone));
@@ -39,11 +39,11 @@ impl Estimator {
 
     /// Drops the vehicles of packets that are no longer under way.
     pub(super) fn drop_clones(&mut self) {
-        let Self { clones, packets, navigator, .. } = self;
+        let Self { clones, packets, navigator, naming, .. } = self;
         clones.retain(|(id, clone)| {
             let kept = packets.is_under_way(*id);
             if !kept {
-                navigator.drop_clone(*clone);
+                navigator.drop_clone_observed(*clone, naming.observer());
             }
             kept
         });
@@ -52,12 +52,12 @@ impl Estimator {
     fn begin_ping(&mut self) {
         self.drop_ping();
         // without room for it there is no range
-        self.ping = self.navigator.clone_vehicle().ok();
+        self.ping = self.navigator.clone_vehicle_observed(self.naming.observer()).ok();
     }
 
     fn drop_ping(&mut self) {
         if let Some(clone) = self.ping.take() {
-            self.navigator.drop_clone(clone);
+            self.navigator.drop_clone_observed(clone, self.naming.observer());
         }
     }
 

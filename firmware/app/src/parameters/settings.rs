@@ -105,6 +105,8 @@ pub struct AppSettings {
     pub water_area: Area,
     /// Probability in an hour that the error exceeds the protection level.
     pub level_probability_per_hour: f64,
+    /// Name what changes in flight.
+    pub naming: bool,
     /// Deepest estimate at which a fix is believed, m.
     pub gnss_max_depth_m: f64,
     /// AHRS protocol.
@@ -202,6 +204,7 @@ impl AppSettings {
         receiver_bias_m: 1.5,
         water_area: Declared::DEFAULT.area,
         level_probability_per_hour: Declared::DEFAULT.probability_per_hour,
+        naming: true,
         gnss_max_depth_m: 1.0,
         ahrs_protocol: AhrsProtocol::Gx3,
         dvl_source: DvlSource::Pd0,

@@ -3,7 +3,7 @@
 use backseat_app::{App, Progress, Pump};
 use backseat_wire::hostlink::{
     Chunk, Decoder, Estimates, FaultReport, FromBoard, FusionTelemetry, Health, Identification, LearntStored,
-    MAX_FRAME, Port, Refusal, Restart, Ship, Step, StepDone, Telemetry, ToBoard, Waypoint, encode,
+    MAX_FRAME, Naming, Port, Refusal, Restart, Ship, Step, StepDone, Telemetry, ToBoard, Waypoint, encode,
 };
 use std::collections::VecDeque;
 use std::convert::Infallible;
@@ -37,6 +37,7 @@ pub struct Heard {
     pub keys: Vec<bool>,
     pub faults: Vec<FaultReport>,
     pub estimates: Vec<Estimates>,
+    pub naming: Vec<Naming>,
 }
 
 /// The host's end of the host link.
@@ -68,6 +69,7 @@ impl Listener {
                 FromBoard::Ship(ship) => heard.ships.push(ship),
                 FromBoard::Fault(report) => heard.faults.push(report),
                 FromBoard::Estimates(estimates) => heard.estimates.push(estimates),
+                FromBoard::Naming(naming) => heard.naming.push(naming),
                 FromBoard::Fence { corner_m, .. } => heard.corners_m.extend(corner_m),
                 FromBoard::Key { set } => {
                     heard.answers.push(Ok(()));

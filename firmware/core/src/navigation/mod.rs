@@ -29,6 +29,7 @@
 //! **Rooms.** Each imports only from those below it, and from the file that defines what it needs.
 //!
 //! ```text
+//! naming      what has changed, by name: beside the nominal filter, and touching nothing
 //! bank        navigator: the bank and its mixture; evidence: the likelihood of ranges
 //! integrity   level: what the error exceeds with a declared probability only; hypotheses: the table of what may be wrong;
 //!             account: position by one entry of it; vertical: the same of depth
@@ -49,6 +50,7 @@ mod bank;
 mod filter;
 mod integrity;
 mod interface;
+pub mod naming;
 mod sources;
 mod trust;
 

@@ -5,6 +5,8 @@ use serde::{Deserialize, Serialize};
 
 /// Most estimates in one message.
 pub const MAX_ESTIMATES: usize = 20;
+/// Most causes named at once.
+pub const MAX_NAMED: usize = 2;
 
 /// What the identifier does with the motion, and why it rests where it rests.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -85,6 +87,34 @@ pub struct Estimates {
     pub dives: u16,
     /// Its estimates.
     pub estimates: Vec<Estimate, MAX_ESTIMATES>,
+}
+
+/// A cause that the board names.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct NamedCause {
+    /// Which, by its number in `backseat_core::navigation::naming`.
+    pub cause: u8,
+    /// What else it could be; 0: nothing.
+    pub rival: u8,
+    /// Its size, and a second number of those that have two, in the cause's unit.
+    pub size: [f32; 2],
+    /// One sigma of each.
+    pub sigma: [f32; 2],
+    /// Board time since when, µs.
+    pub since_us: u64,
+    /// Its probability among all causes.
+    pub probability: f32,
+}
+
+/// What the board states of what has changed in flight.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Naming {
+    /// Board time of what it rests on, µs.
+    pub time_us: u64,
+    /// Something has changed that no cause explains.
+    pub unexplained: bool,
+    /// The causes named, the one named first in front.
+    pub named: Vec<NamedCause, MAX_NAMED>,
 }
 
 /// What a dive has learnt of the vehicle went to the board's memory, for the next dive.

@@ -1,7 +1,7 @@
 //! The messages of the host link.
 
 use super::crash::Crash;
-use super::identification::{Estimates, FaultReport, Identification, LearntStored};
+use super::identification::{Estimates, FaultReport, Identification, LearntStored, Naming};
 use crate::packet::Key;
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
@@ -529,4 +529,6 @@ pub enum FromBoard<'a> {
         /// North and east, m; `None` when there is no such.
         corner_m: Option<[f64; 2]>,
     },
+    /// Every minute under water while something is named, and when nothing is any more.
+    Naming(Naming),
 }

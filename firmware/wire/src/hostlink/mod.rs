@@ -12,7 +12,7 @@ pub use codec::{CRC, Decoder, Frame, MAX_FRAME, MAX_MESSAGE, encode};
 pub use crash::Crash;
 pub use identification::{
     Activity, Estimate, Estimates, FaultCause, FaultDiagnosis, FaultReport, FaultState, Identification, LearntStored,
-    MAX_ESTIMATES, Visibility,
+    MAX_ESTIMATES, MAX_NAMED, NamedCause, Naming, Visibility,
 };
 pub use messages::{
     BoardLog, Chunk, FromBoard, FusionTelemetry, Health, LogState, MAX_CHUNKS, MAX_FENCE_CORNERS, MAX_PPS, Mode,

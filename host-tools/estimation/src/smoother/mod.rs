@@ -85,8 +85,8 @@ enum Step {
 }
 
 impl Step {
-    fn of(step: &LinearStep<'_>) -> Self {
-        match step {
+    fn of(step: &LinearStep<'_>) -> Option<Self> {
+        Some(match step {
             LinearStep::Transition(transition) => {
                 let mut columns = vec![[0.0; VEHICLE_STATES]; transition.live()];
                 transition.vehicle_rows(&mut columns);
@@ -103,7 +103,8 @@ impl Step {
             }
             LinearStep::Insert { at, count } => Self::Insert(*at, *count),
             LinearStep::Remove { at, count } => Self::Remove(*at, *count),
-        }
+            LinearStep::Refused(_) => return None,
+        })
     }
 }
 
@@ -113,7 +114,7 @@ struct Steps(Vec<Step>);
 
 impl Observer for Steps {
     fn observe(&mut self, step: &LinearStep<'_>) {
-        self.0.push(Step::of(step));
+        self.0.extend(Step::of(step));
     }
 }
 

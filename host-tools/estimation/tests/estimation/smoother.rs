@@ -126,6 +126,7 @@ impl Observer for Batch {
                 }
                 self.map(&by);
             }
+            LinearStep::Refused(_) => {}
             LinearStep::Insert { .. } => panic!("the ship is there from the start"),
             LinearStep::Remove { at, count } => {
                 self.a = self.a.clone().remove_rows(*at, *count);

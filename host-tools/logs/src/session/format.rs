@@ -25,6 +25,7 @@ pub const HEALTH: &str = "health";
 pub const SHIP: &str = "ship";
 pub const FAULT: &str = "fault";
 pub const ESTIMATES: &str = "estimates";
+pub const NAMING: &str = "naming";
 
 /// To the board, or from it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -179,6 +179,7 @@ impl Writer {
                 FromBoard::Health(health) => self.json(format::HEALTH, time_us, &health),
                 FromBoard::Ship(ship) => self.json(format::SHIP, time_us, &ship),
                 FromBoard::Fault(report) => self.json(format::FAULT, time_us, &report),
+                FromBoard::Naming(naming) => self.json(format::NAMING, time_us, &naming),
                 FromBoard::Estimates(estimates) => {
                     self.json(format::ESTIMATES, time_us, &EstimatesRow::from(&estimates).at(time_us))
                 }

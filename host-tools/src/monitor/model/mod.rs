@@ -18,8 +18,8 @@ pub use sources::{SourceHistory, Turn};
 use backseat_app::parameters::{self, PARAMETER_SCHEMA, Settings};
 use backseat_core::identification::theta::{self, theta_of};
 use backseat_wire::hostlink::{
-    Decoder, Estimates, FaultReport, FromBoard, Health, Identification, LogState, Mode, ModeReason, Port, Restart,
-    Ship, Telemetry, ToBoard, Waypoint,
+    Decoder, Estimates, FaultReport, FromBoard, Health, Identification, LogState, Mode, ModeReason, Naming, Port,
+    Restart, Ship, Telemetry, ToBoard, Waypoint,
 };
 use enquiry::Enquiry;
 use learned::Learned;
@@ -70,6 +70,8 @@ pub struct Model {
     pub learned: Learned,
     /// Of the robust filter.
     pub estimates: Option<Estimates>,
+    /// What the board names of what has changed.
+    pub naming: Option<Naming>,
     current: Thinned<f64>,
     pub journal: Journal,
 }
@@ -101,6 +103,7 @@ impl Model {
             is_complete: false,
             learned: Learned::default(),
             estimates: None,
+            naming: None,
             current: Thinned::new(TREND),
             journal: Journal::default(),
         }
@@ -266,6 +269,14 @@ impl Model {
             }
             FromBoard::Ship(ship) => self.ship = Some(ship),
             FromBoard::Estimates(record) => self.estimates = Some(record),
+            FromBoard::Naming(naming) => {
+                let is_new = words::is_new(self.naming.as_ref(), &naming);
+                let (severity, text) = words::naming(&naming);
+                self.naming = Some(naming);
+                if is_new {
+                    self.note(severity, text);
+                }
+            }
             FromBoard::Fault(report) => {
                 let before = self.fault.replace(report);
                 if before.is_none_or(|before| before.state != report.state) {

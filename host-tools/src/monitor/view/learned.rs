@@ -5,7 +5,7 @@ use crate::monitor::model::{Identified, Model, Severity, words};
 use backseat_core::effects::FIN_NAMES;
 use backseat_core::effects::{ParameterKind, fin_index};
 use backseat_core::navigation::{ESTIMATE_NAMES, ESTIMATE_UNITS};
-use backseat_wire::hostlink::{Estimate, Estimates, FaultReport, Visibility};
+use backseat_wire::hostlink::{Estimate, Estimates, Visibility};
 use ratatui::Frame;
 use ratatui::layout::Rect;
 use ratatui::style::{Color, Modifier, Style};
@@ -51,7 +51,8 @@ pub fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model) {
         }
     }
     lines.push(identifier(model));
-    lines.extend(model.fault.as_ref().map(fault));
+    lines.extend(model.naming.as_ref().map(|naming| styled(words::naming(naming))));
+    lines.extend(model.fault.as_ref().map(|report| styled(words::fault(report))));
     lines.extend(model.estimates.as_ref().map(robust));
     let room = usize::from(inner.height).saturating_sub(lines.len());
     let identified = grid(model, room, usize::from(inner.width));
@@ -61,8 +62,7 @@ pub fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model) {
     frame.render_widget(Paragraph::new(lines), inner);
 }
 
-fn fault(report: &FaultReport) -> Line<'static> {
-    let (severity, text) = words::fault(report);
+fn styled((severity, text): (Severity, String)) -> Line<'static> {
     let style = match severity {
         Severity::Critical => Style::new().fg(Color::Red).add_modifier(Modifier::BOLD),
         Severity::Warning => Style::new().fg(Color::Yellow),

@@ -28,6 +28,8 @@ pub enum LinearStep<'a> {
     Transition(Transition<'a>),
     /// x ← x + K ν by a scalar measurement with innovation variance S = h P hᵀ + R and K = P hᵀ / S.
     Update(ScalarUpdate<'a>),
+    /// A scalar measurement that the gate refused; its gain is empty, and no state takes anything of it.
+    Refused(ScalarUpdate<'a>),
     /// States behind the present ones, each a linear function of these: x ← \[x; C x\].
     Append(Appended<'a>),
     /// `count` states of their own, independent of all others, come to stand at `at`.
@@ -111,7 +113,7 @@ impl Transition<'_> {
     }
 }
 
-/// A scalar measurement that was fused.
+/// A scalar measurement.
 pub struct ScalarUpdate<'a> {
     pub(crate) row: &'a Row,
     /// K, one number a state.

@@ -17,6 +17,7 @@
 use super::evidence::Evidence;
 use crate::dynamics::{ActuatorInput, VehicleModel};
 use crate::navigation::algebra::digest::Digest;
+use crate::navigation::algebra::observer::Observer;
 use crate::navigation::filter::cekf::Filter;
 use crate::navigation::integrity::{Aiding, Followed};
 use crate::navigation::interface::config::{NavigationConfig, ProcessModel};
@@ -81,6 +82,13 @@ struct Member {
 
 impl Member {
     const NEW: Self = Self { filter: Filter::new(), runs: false, log_ratio: 0.0, weight: 0.0 };
+
+    /// Repeats a call of the main filter; a member that refuses it is stopped.
+    fn follow(&mut self, step: impl FnOnce(&mut Filter) -> bool) {
+        if self.runs {
+            self.runs = step(&mut self.filter);
+        }
+    }
 
     /// Its vehicle state `i` minus the main filter's.
     fn offset_from(&self, main: &Filter, i: usize) -> f64 {
@@ -184,17 +192,41 @@ impl Navigator {
     /// # Errors
     /// See [`NavigationError`]; a refused call leaves the filter as it was, a failure is kept.
     pub fn predict(&mut self, to_us: u64, input: &ActuatorInput) -> Result<(), NavigationError> {
+        self.predict_observed(to_us, input, &mut ())
+    }
+
+    /// [`Self::predict`], showing each step of the nominal filter to `observer`.
+    ///
+    /// # Errors
+    /// As [`Self::predict`].
+    pub fn predict_observed(
+        &mut self,
+        to_us: u64,
+        input: &ActuatorInput,
+        observer: &mut impl Observer,
+    ) -> Result<(), NavigationError> {
         self.main.predict(to_us, input)?;
-        self.follow(|filter| filter.predict(to_us, input).is_ok());
+        let [nominal, others @ ..] = &mut self.others;
+        nominal.follow(|filter| filter.predict_observed(to_us, input, observer).is_ok());
+        others.iter_mut().for_each(|member| member.follow(|filter| filter.predict(to_us, input).is_ok()));
         self.mix();
         Ok(())
     }
 
     /// Fuses one measurement; returns the outcome of each of its scalars in the main filter.
     pub fn fuse(&mut self, measurement: &Measurement) -> Fusions {
+        self.fuse_observed(measurement, &mut ())
+    }
+
+    /// [`Self::fuse`], showing each scalar that the nominal filter uses to `observer`.
+    pub fn fuse_observed(&mut self, measurement: &Measurement, observer: &mut impl Observer) -> Fusions {
         let fusions = self.main.fuse(measurement);
-        for member in self.others.iter_mut().filter(|member| member.runs) {
-            let other = member.filter.fuse(measurement);
+        for (k, member) in self.others.iter_mut().enumerate().filter(|(_, member)| member.runs) {
+            let other = if k == NOMINAL {
+                member.filter.fuse_observed(measurement, observer)
+            } else {
+                member.filter.fuse(measurement)
+            };
             if let Some(evidence) = Evidence::new(measurement.sensor(), &other, &fusions) {
                 member.log_ratio = evidence.beside(member.log_ratio);
             }
@@ -206,9 +238,14 @@ impl Navigator {
 
     /// Repeats a call of the main filter on the other members; a member that refuses it is stopped.
     fn follow(&mut self, mut step: impl FnMut(&mut Filter) -> bool) {
-        for member in self.others.iter_mut().filter(|member| member.runs) {
-            member.runs = step(&mut member.filter);
-        }
+        self.others.iter_mut().for_each(|member| member.follow(&mut step));
+    }
+
+    /// The filter of the vehicle as declared, while it runs.
+    #[must_use]
+    pub fn nominal(&self) -> Option<&Filter> {
+        let member = &self.others[NOMINAL];
+        member.runs.then_some(&member.filter)
     }
 
     /// Takes a delayed state of the vehicle at the filter's present time.
@@ -216,8 +253,18 @@ impl Navigator {
     /// # Errors
     /// See [`CloneError`].
     pub fn clone_vehicle(&mut self) -> Result<CloneId, CloneError> {
+        self.clone_vehicle_observed(&mut ())
+    }
+
+    /// [`Self::clone_vehicle`], showing the nominal filter's to `observer`.
+    ///
+    /// # Errors
+    /// See [`CloneError`].
+    pub fn clone_vehicle_observed(&mut self, observer: &mut impl Observer) -> Result<CloneId, CloneError> {
         let id = self.main.clone_vehicle()?;
-        self.follow(|filter| filter.clone_vehicle() == Ok(id));
+        let [nominal, others @ ..] = &mut self.others;
+        nominal.follow(|filter| filter.clone_vehicle_observed(observer) == Ok(id));
+        others.iter_mut().for_each(|member| member.follow(|filter| filter.clone_vehicle() == Ok(id)));
         Ok(id)
     }
 
@@ -233,8 +280,15 @@ impl Navigator {
 
     /// Forgets a delayed state; a stale id does nothing.
     pub fn drop_clone(&mut self, id: CloneId) {
+        self.drop_clone_observed(id, &mut ());
+    }
+
+    /// [`Self::drop_clone`], showing the nominal filter's to `observer`.
+    pub fn drop_clone_observed(&mut self, id: CloneId, observer: &mut impl Observer) {
         self.main.drop_clone(id);
-        self.others.iter_mut().for_each(|member| member.filter.drop_clone(id));
+        let [nominal, others @ ..] = &mut self.others;
+        nominal.filter.drop_clone_observed(id, observer);
+        others.iter_mut().for_each(|member| member.filter.drop_clone(id));
     }
 
     fn mix(&mut self) {

@@ -132,6 +132,11 @@ impl Filter {
         Ok(())
     }
 
+    /// The vehicle as declared and with what is estimated of it.
+    pub(crate) fn model(&self) -> Option<&VehicleModel> {
+        self.model.as_ref()
+    }
+
     /// The configuration in use.
     #[must_use]
     pub fn config(&self) -> &NavigationConfig {

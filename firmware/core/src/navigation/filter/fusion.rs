@@ -32,7 +32,7 @@ impl Filter {
         self.fuse_observed(measurement, &mut ())
     }
 
-    /// [`Self::fuse`], showing each scalar that is used to `observer`.
+    /// [`Self::fuse`], showing each scalar to `observer`.
     pub fn fuse_observed(&mut self, measurement: &Measurement, observer: &mut impl Observer) -> Fusions {
         let mut fusions = Fusions::none();
         self.fuse_into(measurement, &mut fusions, observer);
@@ -110,7 +110,7 @@ impl Filter {
             if ratio > 1.0 {
                 self.monitor.waves.begin(sensor, self.time_us);
             }
-            self.gated(sensor, fusions);
+            self.gated(sensor, fusions, observer);
             return self.learn_waves(fusions);
         }
 
@@ -210,9 +210,11 @@ impl Filter {
     }
 
     #[cold]
-    fn gated(&self, sensor: Sensor, fusions: &mut Fusions) {
+    fn gated(&self, sensor: Sensor, fusions: &mut Fusions, observer: &mut impl Observer) {
         for (axis, item) in self.observations.as_slice().iter().enumerate() {
             let variance = self.total_variance(item);
+            let (row, innovation) = (&item.row, wrap_innovation(sensor, item.innovation));
+            observer.observe(&LinearStep::Refused(ScalarUpdate { row, gain: &[], innovation, variance }));
             fusions.push(self.record(sensor, axis, item.innovation, variance, FusionOutcome::Gated));
         }
     }

@@ -1,0 +1,17 @@
+//! Naming what has changed, on board and in flight.
+
+mod causes;
+mod columns;
+mod evidence;
+mod onset;
+mod sensitivities;
+mod statement;
+mod sums;
+#[cfg(test)]
+mod tests;
+mod watch;
+
+pub use causes::{ALL as CAUSES, Cause};
+pub use sensitivities::Sensitivities;
+pub use statement::{Named, Statement};
+pub use watch::Naming;

@@ -1,0 +1,228 @@
+//! How the innovations of the nominal filter move with each column.
+//!
+//! With K the filter's own gain and Φ its own transition, the derivative g = ∂x̂/∂θ of its estimate runs along:
+//!
+//!   between measurements   g ← Φ g + Γ,           Γ = ∫ Φ ds ∂v̇/∂θ
+//!   at a measurement       a = (h g + ∂z/∂θ)/√S,  g ← g − K (h g + ∂z/∂θ)
+//!
+//! so that its normalised innovation e is white noise plus a θ.
+
+use super::columns::{COLUMNS, CURRENT, Shifts, accelerations};
+use super::onset::{Onset, REMEMBERED, STATES};
+use super::sums::Sums;
+use crate::dynamics::ActuatorInput;
+use crate::navigation::algebra::discretisation::DRIVING;
+use crate::navigation::algebra::observer::{LinearStep, Observer, ScalarUpdate, Transition};
+use crate::navigation::filter::cekf::Filter;
+use crate::navigation::interface::measurement::Measurement;
+use crate::state::{PSI, U, VEHICLE_STATES, VehicleState, X, Y, Z};
+
+/// Onsets that are kept.
+pub(super) const ONSETS: usize = 12;
+/// The filter has forgotten an onset after this time, µs: its ranges have come from all around.
+const REMEMBERS_US: u64 = 2_400_000_000;
+
+/// An innovation counts as one of so many sigmas at most, what it depends on in proportion.
+const MOST_SIGMAS: f64 = 3.0;
+
+/// Follows the nominal filter: g, and what the step under way needs.
+pub struct Sensitivities {
+    /// The filter is followed.
+    pub(super) watches: bool,
+    /// ∂x̂/∂θ, by columns.
+    by_column: [[f64; STATES]; COLUMNS],
+    /// ∂v̇/∂θ of the forces.
+    forces: [[f64; 6]; CURRENT],
+    shifts: Shifts,
+    /// Scalar of the measurement under way.
+    axis: u8,
+    /// Innovations count.
+    counts: bool,
+    pub(super) sums: Sums,
+    onsets: [Onset; ONSETS],
+    pub(super) kept: usize,
+}
+
+impl Sensitivities {
+    pub(super) const fn new() -> Self {
+        Self {
+            watches: false,
+            by_column: [[0.0; STATES]; COLUMNS],
+            forces: [[0.0; 6]; CURRENT],
+            shifts: Shifts::NONE,
+            axis: 0,
+            counts: false,
+            sums: Sums::NONE,
+            onsets: [const { Onset::NONE }; ONSETS],
+            kept: 0,
+        }
+    }
+
+    pub(super) fn restart(&mut self) {
+        self.by_column = [[0.0; STATES]; COLUMNS];
+        self.sums = Sums::NONE;
+        self.kept = 0;
+    }
+
+    /// The onsets kept, the newest last.
+    pub(super) fn onsets(&self) -> &[Onset] {
+        self.onsets.get(..self.kept).unwrap_or_default()
+    }
+
+    /// Keeps what the onsets have summed for what is weighed now.
+    pub(super) fn hold(&mut self) {
+        self.onsets.iter_mut().take(self.kept).for_each(Onset::hold);
+    }
+
+    /// Keeps the present as an onset; the last one where there is no more room.
+    pub(super) fn keep_onset(&mut self, time_us: u64, colour: [f64; COLUMNS]) {
+        self.hold();
+        let Self { onsets, kept, sums, by_column, .. } = self;
+        for onset in onsets.iter_mut().take(*kept) {
+            onset.lasts &= time_us.saturating_sub(onset.time_us) < REMEMBERS_US;
+        }
+        if let Some(onset) = onsets.get_mut(*kept) {
+            onset.begin(time_us, sums, colour, by_column);
+            *kept += 1;
+        }
+    }
+
+    /// Forgets one of them.
+    pub(super) fn forget_onset(&mut self, at: usize) {
+        if let Some(rest) = self.onsets.get_mut(at..self.kept) {
+            rest.rotate_left(1);
+            self.kept -= 1;
+        }
+    }
+
+    /// Every column that moves.
+    fn columns_mut(&mut self) -> impl Iterator<Item = &mut [f64; STATES]> {
+        let lasting = self.onsets.iter_mut().take(self.kept).filter(|onset| onset.lasts);
+        self.by_column.iter_mut().chain(lasting.flat_map(|onset| &mut onset.columns))
+    }
+
+    /// Call it before the filter moves.
+    pub(super) fn will_predict(&mut self, filter: &Filter, x: &VehicleState, input: &ActuatorInput, hours: f64) {
+        let Some(model) = filter.model() else { return };
+        let forces = accelerations(model, x, input, hours);
+        for (own, new) in self.forces.iter_mut().zip(&forces) {
+            *own = (*new).into();
+        }
+    }
+
+    /// Call it before a measurement is fused.
+    pub(super) fn will_fuse(&mut self, filter: &Filter, measurement: &Measurement, hours: f64, counts: bool) {
+        self.shifts = Shifts::new(measurement, filter.state(), hours);
+        self.axis = 0;
+        self.counts = counts;
+    }
+
+    fn step(&mut self, transition: &Transition<'_>) {
+        let half_s = 0.5 * transition.step_s;
+        let Self { by_column, forces, onsets, kept, .. } = self;
+        for (k, column) in by_column.iter_mut().enumerate() {
+            // half of the step's acceleration at its start, half at its end
+            let push = |column: &mut [f64; STATES]| {
+                if let Some(force) = forces.get(k) {
+                    column.iter_mut().skip(U).zip(force).for_each(|(g, a)| *g += half_s * a);
+                }
+            };
+            push(column);
+            transit(transition, column);
+            push(column);
+            if let Some(g) = k.checked_sub(CURRENT).filter(|axis| *axis < 2).and_then(|axis| column.get_mut(X + axis)) {
+                *g += transition.step_s;
+            }
+        }
+        for onset in onsets.iter_mut().take(*kept).filter(|onset| onset.lasts) {
+            onset.columns.iter_mut().for_each(|column| transit(transition, column));
+        }
+    }
+}
+
+impl Sensitivities {
+    fn update(&mut self, update: &ScalarUpdate<'_>) {
+        let Self { by_column, shifts, axis, onsets, kept, sums, counts, .. } = self;
+        let mut slopes = by_column.each_ref().map(|column| update.row.dot(column));
+        for (column, shift) in shifts.of(*axis) {
+            if let Some(slope) = slopes.get_mut(column) {
+                *slope += shift;
+            }
+        }
+        *axis = axis.saturating_add(1);
+        by_column.iter_mut().zip(&slopes).for_each(|(column, slope)| correct(column, update.gain, *slope));
+        let mut weight = if *counts && update.variance > 0.0 { 1.0 / libm::sqrt(update.variance) } else { 0.0 };
+        let sigmas = (update.innovation * weight).abs();
+        if sigmas > MOST_SIGMAS {
+            weight *= MOST_SIGMAS / sigmas;
+        }
+        let e = update.innovation * weight;
+        slopes.iter_mut().for_each(|slope| *slope *= weight);
+        if weight > 0.0 {
+            sums.take(&slopes, e);
+        }
+        for onset in onsets.iter_mut().take(*kept).filter(|onset| onset.lasts) {
+            let mut own = [0.0; REMEMBERED.len()];
+            for (own, column) in own.iter_mut().zip(&mut onset.columns) {
+                let slope = update.row.dot(column);
+                correct(column, update.gain, slope);
+                *own = weight * slope;
+            }
+            if weight > 0.0 {
+                onset.running.take(&own, &slopes, e);
+            }
+        }
+    }
+}
+
+/// g − K a.
+fn correct(column: &mut [f64; STATES], gain: &[f64], slope: f64) {
+    column.iter_mut().zip(gain).for_each(|(g, gain)| *g -= gain * slope);
+}
+
+/// Φ g.
+fn transit(transition: &Transition<'_>, column: &mut [f64; STATES]) {
+    let step = transition.step;
+    let mut next = [0.0; VEHICLE_STATES];
+    for i in [X, Y, Z, PSI] {
+        next[i] = column[i];
+    }
+    for (slot, phi) in [X, Y].into_iter().zip(step.phi_heading) {
+        next[slot] += phi * column[PSI];
+    }
+    for (&state, phi) in DRIVING.iter().zip(&step.phi) {
+        let g = column[state];
+        next.iter_mut().zip(phi).for_each(|(next, phi)| *next += g * phi);
+    }
+    column.iter_mut().zip(next).for_each(|(g, next)| *g = next);
+}
+
+impl Observer for Sensitivities {
+    fn observe(&mut self, step: &LinearStep<'_>) {
+        if !self.watches {
+            return;
+        }
+        match step {
+            LinearStep::Transition(transition) => self.step(transition),
+            LinearStep::Update(update) | LinearStep::Refused(update) => self.update(update),
+            LinearStep::Append(appended) => {
+                for column in self.columns_mut() {
+                    for i in 0..appended.count() {
+                        let value = appended.row(i).map(|(at, c)| c * column.get(at).copied().unwrap_or(0.0)).sum();
+                        if let Some(own) = column.get_mut(appended.at + i) {
+                            *own = value;
+                        }
+                    }
+                }
+            }
+            LinearStep::Insert { .. } => {} // a ship's states: not on a vehicle
+            LinearStep::Remove { at, count } => {
+                for column in self.columns_mut() {
+                    if *at <= STATES && at + count <= STATES {
+                        column.copy_within(at + count.., *at);
+                    }
+                }
+            }
+        }
+    }
+}
