@@ -3,7 +3,8 @@
 use crate::board::Common;
 use anyhow::bail;
 use backseat_analysis::mission_file::{self, StoredMission};
-use backseat_link::board::Board;
+use backseat_analysis::reach;
+use backseat_link::board::{Board, Declared};
 use backseat_logs::output::{self, Existing};
 use backseat_wire::hostlink::Waypoint;
 use clap::Subcommand;
@@ -29,7 +30,11 @@ PORT is the board's host port, with :BAUD behind it where that is not 115200. A 
   [fence]                    # optional: neither mission nor vehicle leaves this polygon
   corners_m = [[-50.0, -50.0], [200.0, -50.0], [200.0, 80.0], [-50.0, 80.0]]    # [north, east], at most 32
 
-The [mission] and [fence] of a simulator's scenario do as well, lawnmower included.";
+  [alert]                    # optional: a protection level beyond these is degraded navigation; 0: none
+  horizontal_m = 40.0
+  depth_m = 3.0
+
+The [mission], [fence] and [alert] of a simulator's scenario do as well, lawnmower included.";
 
 /// A step takes 0.1 s; a few of them.
 const MOMENT: Duration = Duration::from_millis(400);
@@ -80,13 +85,16 @@ enum Action {
 pub fn run(args: &Args) -> anyhow::Result<()> {
     match &args.action {
         Action::Put { common, file } => {
-            let StoredMission { waypoints, fence_m } = mission_file::read(file)?;
+            let StoredMission { waypoints, fence_m, alerts_m } = mission_file::read(file)?;
             let mut board = common.connect()?;
+            let warnings = alerts_m.map_or(Ok(Vec::new()), |alerts_m| set_alerts(&mut board, alerts_m))?;
             board.set_mission(&waypoints, &fence_m)?;
-            let fence = fence_text(&fence_m);
-            let text = format!("{} waypoints, {:.0} m{fence}\n", waypoints.len(), length_m(&waypoints));
+            let (fence, alert) = (fence_text(&fence_m), alert_text(alerts_m));
+            let mut text = format!("{} waypoints, {:.0} m{fence}{alert}\n", waypoints.len(), length_m(&waypoints));
+            text.extend(warnings.iter().map(|warning| format!("warning: {warning}\n")));
             let (count, corners) = (waypoints.len(), fence_m.len());
-            let json = json!({"waypoints": count, "length_m": length_m(&waypoints), "fence_corners": corners});
+            let json = json!({"waypoints": count, "length_m": length_m(&waypoints), "fence_corners": corners,
+                "alert_m": alerts_m, "warnings": warnings});
             common.say(&json, &text)
         }
         Action::Get { common, file, out, force } => {
@@ -99,7 +107,8 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
                 bail!("{}: no mission is stored on the board", common.port);
             }
             let fence_m = board.fence()?;
-            let text = mission_file::text_of(&waypoints, &fence_m);
+            let alerts_m = alerts_of(&board.parameters()?).filter(|alerts_m| *alerts_m != [0.0; 2]);
+            let text = mission_file::text_of(&waypoints, &fence_m, alerts_m);
             if let Some(path) = path {
                 output::write(path, existing, |file| file.write_all(text.as_bytes()))?;
             }
@@ -107,7 +116,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
             let done =
                 path.map_or(text, |path| format!("{} waypoints{fence} to {}\n", waypoints.len(), path.display()));
             let waypoints: Vec<_> = waypoints.iter().map(json_of).collect();
-            common.say(&json!({"waypoints": waypoints, "fence_m": fence_m}), &done)
+            common.say(&json!({"waypoints": waypoints, "fence_m": fence_m, "alert_m": alerts_m}), &done)
         }
         Action::Start(common) => {
             let mut board = common.connect()?;
@@ -120,6 +129,32 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
             state(common, &mut board, "stopped: neutral fins, propeller off, frontseat in charge")
         }
     }
+}
+
+const ALERTS: [&str; 2] = ["app.alert_horizontal_m", "app.alert_depth_m"];
+
+/// The alert limits of a board that has them.
+fn alerts_of(parameters: &[Declared]) -> Option<[f64; 2]> {
+    let [horizontal, depth] =
+        ALERTS.map(|name| parameters.iter().find(|parameter| parameter.name == name).map(|found| found.value));
+    Some([horizontal?, depth?])
+}
+
+/// Sets the board's alert limits, if they are others; what is to be said of them.
+fn set_alerts(board: &mut Board, alerts_m: [f64; 2]) -> anyhow::Result<Vec<String>> {
+    let parameters = board.parameters()?;
+    if alerts_of(&parameters) != Some(alerts_m) {
+        let values: Vec<(String, f64)> = ALERTS.map(str::to_owned).into_iter().zip(alerts_m).collect();
+        board.set_parameters(&values, &parameters, false)?;
+    }
+    let values = parameters.iter().map(|parameter| (parameter.name.as_str(), parameter.value));
+    Ok(reach::unreachable(&reach::Flown { alerts_m, ..reach::Flown::by(values) }))
+}
+
+fn alert_text(alerts_m: Option<[f64; 2]>) -> String {
+    let names = ["horizontal", "depth"];
+    let limits = alerts_m.into_iter().flatten().zip(names).filter(|(alert_m, _)| *alert_m > 0.0);
+    limits.map(|(alert_m, name)| format!(", {name} alert at {alert_m} m")).collect()
 }
 
 fn fence_text(corners_m: &[[f64; 2]]) -> String {

@@ -7,6 +7,7 @@ use anyhow::Context;
 use backseat_analysis::effect::terms::Terms;
 use backseat_analysis::navigate::{self, Model, Settings, Trial};
 use backseat_analysis::read_log::ReadLog;
+use backseat_core::navigation::Area;
 use backseat_logs::{DataError, Truth, VehicleFile};
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use std::path::PathBuf;
@@ -58,6 +59,12 @@ pub struct Args {
     /// Smooth the track after the filter: the best estimate of each time from the whole log
     #[arg(long)]
     smooth: bool,
+    /// Where it was, which says how much the current may change (protection level)
+    #[arg(long, default_value = "coast", value_parser = water())]
+    water: Area,
+    /// One sigma per axis of the slow errors of the receivers of vehicle and ship, m (protection level)
+    #[arg(long, value_name = "M", default_value_t = 0.0, value_parser = length)]
+    receiver_bias: f64,
     /// Log of the ship's GNSS (NMEA with RMC and GGA), joined by time
     #[arg(long, value_name = "SHIP.nmea")]
     ship: Option<PathBuf>,
@@ -95,6 +102,19 @@ fn model() -> impl TypedValueParser<Value = Model> {
     .try_map(|name| name.parse())
 }
 
+fn water() -> impl TypedValueParser<Value = Area> {
+    PossibleValuesParser::new(["lake", "coast", "strait"]).map(|name| match name.as_str() {
+        "lake" => Area::Lake,
+        "strait" => Area::Strait,
+        _ => Area::Coast,
+    })
+}
+
+fn length(text: &str) -> Result<f64, String> {
+    let metres = text.parse().ok().filter(|metres: &f64| (0.0..=1.0e3).contains(metres));
+    metres.ok_or_else(|| "expected metres, 0 to 1000".to_owned())
+}
+
 fn origin(text: &str) -> Result<[f64; 2], String> {
     let degrees = |text: &str, most: f64| text.trim().parse().ok().filter(|degrees: &f64| degrees.abs() <= most);
     let origin = text
@@ -130,8 +150,9 @@ fn write(
     declared: Option<&VehicleFile>,
     vehicle: &VehicleFile,
 ) -> anyhow::Result<Outcome> {
-    let Args { no_dvl, no_range_rate, current, packet, smooth, model, .. } = *args;
-    let settings = Settings { model, no_dvl, no_range_rate, current, packet, smooth };
+    let Args { no_dvl, no_range_rate, current, packet, smooth, model, water, receiver_bias: receiver_bias_m, .. } =
+        *args;
+    let settings = Settings { model, no_dvl, no_range_rate, current, packet, smooth, water, receiver_bias_m };
     let truth = args.truth.as_ref().map(|path| Truth::read(path)).transpose()?;
     let result = navigate::compute(read, declared, truth.as_ref(), &settings)?;
     if let (Some(path), true) = (&args.truth, result.errors.is_none()) {

@@ -139,10 +139,16 @@ impl Uplink {
             position_sigma_m: root(X).max(root(Y)),
             velocity_sigma_mps: root(U).max(root(V)),
             heading_rad: x[PSI] - libm::floor(x[PSI] / TAU) * TAU,
+            level_m: estimator.level().map_or([None; 2], |level| [level.horizontal_m, level.vertical_m].map(bounded)),
             mode,
             synchronous,
         })
     }
+}
+
+/// A level that bounds anything.
+fn bounded(level_m: f64) -> Option<f64> {
+    Some(level_m).filter(|level_m| level_m.is_finite())
 }
 
 #[cfg(test)]

@@ -5,7 +5,7 @@
 //!
 //! | offset | type | meaning |
 //! |---|---|---|
-//! | 0 | u8 | version, 3; with an authentication code 4 |
+//! | 0 | u8 | version, 5; with an authentication code 6 |
 //! | 1 | u8 | source, the vehicle's modem address |
 //! | 2 | u8 | sequence number, wraps |
 //! | 3 | u32 | transmit second: UTC seconds since 1970 at which the packet leaves |
@@ -14,33 +14,70 @@
 //! | 15 | i16 | velocity over ground north, mm/s |
 //! | 17 | i16 | velocity over ground east, mm/s |
 //! | 19 | u16 | depth, cm |
-//! | 21 | u16 | position accuracy (one sigma per axis), 0.1 m, rounded up; 65535: 6553.5 m or more |
+//! | 21 | u8 | position accuracy (one sigma per axis): 0.1 m · 2^(n/16), rounded up; 255: 6.3 km or more |
+//! | 22 | u8 | horizontal protection level, as the accuracy; 255: none, or more |
 //! | 23 | u8 | velocity accuracy (one sigma per axis), 0.01 m/s, rounded up; 255: 2.55 m/s or more |
 //! | 24 | u8 | true heading, 1/256 of a turn |
-//! | 25 | u8 | bits 0 to 6: mode as in the host link; bit 7: clock and pulse of the vehicle's modem are good, so that the travel time is a range |
+//! | 25 | u8 | bits 0 to 2: mode as in the host link; bits 3 to 6: protection level in depth, 0.5 m · 2^(n/2), rounded up, 15: none, or more; bit 7: clock and pulse of the vehicle's modem are good, so that the travel time is a range |
 //! | 26 | u16 | CRC-16/IBM-3740 over bytes 0 to 25 |
 //! | 28 | u32 | version 4 only: authentication code over bytes 0 to 27 |
 //!
-//! Position and velocity are those of the transducer at the transmit second.
+//! Position and velocity are those of the transducer at the transmit second. Steps of accuracy and level are 4.4 %, of
+//! the level in depth 41 %: what is stated is never less than what the vehicle knows.
 
 use crate::Error;
 use crate::framer::at;
 use crate::nmea::within;
 use crate::packet::{CODE, Framing, Head, Key, seal, upward};
 use crate::write::Writer;
-use core::f64::consts::TAU;
+use core::f64::consts::{LN_2, TAU};
 
 /// Bytes of the payload.
 pub const LENGTH: usize = 28;
 /// Bytes of the payload with its authentication code.
 pub const AUTHENTIC_LENGTH: usize = LENGTH + CODE;
 /// Version without an authentication code.
-pub const VERSION: u8 = 3;
+pub const VERSION: u8 = 5;
 /// Version with one.
-pub const AUTHENTIC_VERSION: u8 = 4;
+pub const AUTHENTIC_VERSION: u8 = 6;
 
 const FRAMING: Framing<LENGTH> = Framing { versions: [VERSION, AUTHENTIC_VERSION] };
 const SYNCHRONOUS: u8 = 1 << 7;
+const MODES: u8 = 1 << 3;
+
+/// A length in steps of a constant ratio.
+struct Steps {
+    least_m: f64,
+    /// So many double it.
+    octave: f64,
+    /// The last: beyond all others.
+    last: u8,
+}
+
+const HORIZONTAL: Steps = Steps { least_m: 0.1, octave: 16.0, last: 255 };
+const VERTICAL: Steps = Steps { least_m: 0.5, octave: 2.0, last: 15 };
+
+impl Steps {
+    fn length_m(&self, step: u8) -> f64 {
+        self.least_m * libm::exp(f64::from(step) * LN_2 / self.octave)
+    }
+
+    /// Rounded up; the margin keeps what was read where it was.
+    fn step(&self, length_m: f64) -> Result<u8, Error> {
+        let steps = self.octave / LN_2 * libm::log(within(length_m, 0.0, f64::MAX)? / self.least_m);
+        // casts saturate
+        Ok((libm::ceil(steps - 1.0e-9) as u8).min(self.last))
+    }
+
+    /// `None` for the last step.
+    fn level(&self, step: u8) -> Option<f64> {
+        (step < self.last).then(|| self.length_m(step))
+    }
+
+    fn step_of_level(&self, level_m: Option<f64>) -> Result<u8, Error> {
+        level_m.map_or(Ok(self.last), |level_m| self.step(level_m))
+    }
+}
 
 /// The vehicle at the time of launch.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -64,7 +101,10 @@ pub struct VehicleState {
     pub velocity_sigma_mps: f64,
     /// True heading, rad, [0, 2 pi).
     pub heading_rad: f64,
-    /// Mode, as the host link numbers them; below 128.
+    /// What the position's error exceeds with the declared probability only, horizontally and in depth, m; `None`
+    /// where that is not bounded.
+    pub level_m: [Option<f64>; 2],
+    /// Mode, as the host link numbers them; below 8.
     pub mode: u8,
     /// The packet left on a pulse by a clock that is set: its travel time is a range.
     pub synchronous: bool,
@@ -91,7 +131,7 @@ impl VehicleState {
     fn read(payload: &[u8; LENGTH]) -> Result<Self, Error> {
         let Head { source, sequence, transmit_s, position_deg, velocity_mps } = Head::read(payload)?;
         let whole = |offset| Ok::<_, Error>(f64::from(u16::from_le_bytes(at(payload, offset)?)));
-        let [velocity_sigma, heading, mode] = at(payload, 23)?;
+        let [position_sigma, level, velocity_sigma, heading, mode] = at(payload, 21)?;
         Ok(Self {
             source,
             sequence,
@@ -99,16 +139,17 @@ impl VehicleState {
             position_deg,
             velocity_mps,
             depth_m: whole(19)? / 100.0,
-            position_sigma_m: whole(21)? / 10.0,
+            position_sigma_m: HORIZONTAL.length_m(position_sigma),
             velocity_sigma_mps: f64::from(velocity_sigma) / 100.0,
             heading_rad: f64::from(heading) * (TAU / 256.0),
-            mode: mode & !SYNCHRONOUS,
+            level_m: [HORIZONTAL.level(level), VERTICAL.level((mode & !SYNCHRONOUS) / MODES)],
+            mode: mode % MODES,
             synchronous: mode & SYNCHRONOUS != 0,
         })
     }
 
     /// The payload, rounded to its resolution, with an authentication code if the key is set; accuracies are rounded up
-    /// and saturate, so does the depth.
+    /// and saturate, so do depth and level.
     ///
     /// # Errors
     /// [`Error::OutOfRange`] for what it cannot carry, [`Error::BufferFull`].
@@ -130,12 +171,15 @@ impl VehicleState {
         // casts saturate
         let depth_cm = libm::round(within(self.depth_m, -10.0, f64::MAX)? * 100.0) as u16;
         writer.bytes(&depth_cm.to_le_bytes())?;
-        writer.bytes(&(upward(self.position_sigma_m, 0.1)? as u16).to_le_bytes())?;
+        let [level, depth_level] = self.level_m;
+        writer.byte(HORIZONTAL.step(self.position_sigma_m)?)?;
+        writer.byte(HORIZONTAL.step_of_level(level)?)?;
         writer.byte(upward(self.velocity_sigma_mps, 0.01)? as u8)?;
         let turns = within(self.heading_rad, -TAU, TAU)? / TAU;
         writer.byte((libm::round((turns - libm::floor(turns)) * 256.0) as u16 % 256) as u8)?;
-        let mode = if self.mode < SYNCHRONOUS { self.mode } else { return Err(Error::OutOfRange) };
-        writer.byte(mode | if self.synchronous { SYNCHRONOUS } else { 0 })?;
+        let mode = if self.mode < MODES { self.mode } else { return Err(Error::OutOfRange) };
+        let depth_level = VERTICAL.step_of_level(depth_level)? * MODES;
+        writer.byte(mode | depth_level | if self.synchronous { SYNCHRONOUS } else { 0 })?;
         seal(&mut writer)
     }
 }
@@ -155,6 +199,7 @@ mod tests {
         position_sigma_m: 0.31,
         velocity_sigma_mps: 0.02,
         heading_rad: TAU / 4.0,
+        level_m: [Some(25.0), Some(1.2)],
         mode: 4,
         synchronous: true,
     };
@@ -166,16 +211,16 @@ mod tests {
         let bytes = STATE.emit(&Key::NONE, &mut buffer).unwrap();
         let mut expected: [u8; LENGTH] = [0; LENGTH];
         let parts: [&[u8]; 10] = [
-            &[3, 2, 250],
+            &[5, 2, 250],
             &1_748_952_060_u32.to_le_bytes(),
             &415_000_000_i32.to_le_bytes(),
             &(-707_000_000_i32).to_le_bytes(),
             &[0xE8, 0x03, 0x06, 0xFF], // 1000, -250
             &[0x2C, 0x01],             // 300 cm
-            &[4, 0],                   // 0.31 m is more than 0.3
+            &[27, 128],                // 0.1 · 2^(27/16) = 0.322 m, 0.1 · 2^(128/16) = 25.6 m
             &[2],
-            &[64], // east
-            &[0x84],
+            &[64],                // east
+            &[0x80 | 3 << 3 | 4], // 0.5 · 2^(3/2) = 1.41 m
         ];
         let mut at = 0;
         for part in parts {
@@ -185,7 +230,38 @@ mod tests {
         assert_eq!((at, &bytes[..at]), (LENGTH - 2, &expected[..at]));
         assert_eq!(bytes.len(), LENGTH);
         let read = VehicleState::parse(bytes).unwrap();
-        assert_eq!(read, VehicleState { position_sigma_m: 0.4, ..STATE });
+        let near = |value: f64, expected: f64| (value - expected).abs() < 1.0e-3;
+        assert!(near(read.position_sigma_m, 0.3221), "{read:?}");
+        assert!(near(read.level_m[0].unwrap(), 25.6) && near(read.level_m[1].unwrap(), 1.414), "{read:?}");
+        assert_eq!(read, VehicleState { position_sigma_m: read.position_sigma_m, level_m: read.level_m, ..STATE });
+        assert_eq!(
+            read.emit(&Key::NONE, &mut [0; AUTHENTIC_LENGTH]).unwrap(),
+            bytes,
+            "what was read stays where it was"
+        );
+    }
+
+    #[test]
+    fn a_level_is_never_stated_smaller_than_it_is() {
+        for exponent in -20..90 {
+            let level_m = libm::exp(0.1 * f64::from(exponent));
+            let state = VehicleState { position_sigma_m: level_m, level_m: [Some(level_m); 2], ..STATE };
+            let read = VehicleState::parse(state.emit(&Key::NONE, &mut [0; AUTHENTIC_LENGTH]).unwrap()).unwrap();
+            let [horizontal, depth] = read.level_m;
+            assert_eq!((horizontal.is_none(), depth.is_none()), (level_m > 6007.0, level_m > 64.0), "{level_m}");
+            assert!(
+                horizontal.is_none_or(|stated| stated >= level_m && stated < level_m.max(0.1) * 1.045),
+                "{level_m}"
+            );
+            assert!(depth.is_none_or(|stated| stated >= level_m && stated < level_m.max(0.5) * 1.415), "{level_m}");
+        }
+        let unbounded = VehicleState { level_m: [None; 2], ..STATE };
+        let read = VehicleState::parse(unbounded.emit(&Key::NONE, &mut [0; AUTHENTIC_LENGTH]).unwrap()).unwrap();
+        assert_eq!((read.level_m, read.mode, read.synchronous), ([None; 2], 4, true));
+        assert_eq!(
+            VehicleState { level_m: [Some(f64::NAN), None], ..STATE }.emit(&Key::NONE, &mut [0; AUTHENTIC_LENGTH]),
+            Err(Error::OutOfRange)
+        );
     }
 
     #[test]

@@ -34,10 +34,6 @@ settings! {
         /// One sigma per axis of a GNSS receiver's slow error, as the board is told, m. The simulated receivers have
         /// none but by faults.
         receiver_bias_m: f64 as "quantity::non_negative" = 0.0,
-        /// Alert limit of the horizontal protection level, m; 0: none.
-        alert_horizontal_m: f64 as "quantity::non_negative" = 0.0,
-        /// The same in depth, m.
-        alert_depth_m: f64 as "quantity::non_negative" = 0.0,
     }
 }
 

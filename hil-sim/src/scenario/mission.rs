@@ -1,6 +1,6 @@
 //! `[mission]`: the waypoints the backseat is to fly and the lines it is judged on.
 
-use crate::quantity;
+use crate::quantity::{self, settings};
 use backseat_wire::hostlink::Waypoint;
 use serde::Deserialize;
 
@@ -54,6 +54,17 @@ pub struct Fence {
     /// Corners in order, north and east, m.
     #[serde(deserialize_with = "quantity::coordinate")]
     pub corners_m: Vec<[f64; 2]>,
+}
+
+settings! {
+    /// `[alert]`: protection levels from which the vehicle counts as degraded; 0: none.
+    #[derive(Copy)]
+    pub struct Alert {
+        /// Horizontally, m.
+        horizontal_m: f64 as "quantity::non_negative" = 0.0,
+        /// In depth, m.
+        depth_m: f64 as "quantity::non_negative" = 0.0,
+    }
 }
 
 /// One waypoint as it is written.

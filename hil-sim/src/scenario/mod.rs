@@ -19,7 +19,7 @@ pub use effects::{Effect, Effects, Physics, Request};
 pub use installation::Installation;
 pub use limits::{End, Limits};
 pub use load::from_toml;
-pub use mission::{Fence, Lawnmower, Mission, MissionWaypoint, SurveyLine};
+pub use mission::{Alert, Fence, Lawnmower, Mission, MissionWaypoint, SurveyLine};
 pub use sections::{Acoustics, Companion, Current, Environment, Exchange, Plant, Ship, ShipTrack, Slot, Start};
 pub use sensors::{Ahrs, Depth, Dvl, Gnss, Sensors, ShipGnss};
 
@@ -61,6 +61,9 @@ pub struct Settings {
     /// The polygon that it must not leave.
     #[serde(default)]
     pub fence: Fence,
+    /// Limits of the protection level.
+    #[serde(default)]
+    pub alert: Alert,
     /// The backseat under test.
     #[serde(default)]
     pub backseat: Backseat,

@@ -1,8 +1,8 @@
-//! The mission file: `[mission]` and `[fence]` of a simulator's scenario, or of a file of its own.
+//! The mission file: `[mission]`, `[fence]` and `[alert]` of a simulator's scenario, or of a file of its own.
 
 use backseat_logs::DataError;
 use backseat_wire::hostlink::Waypoint;
-use hil_sim::scenario::{Fence, Mission, from_toml};
+use hil_sim::scenario::{Alert, Fence, Mission, from_toml};
 use serde::Deserialize;
 use std::fmt::Write as _;
 use std::path::Path;
@@ -13,6 +13,7 @@ struct MissionFile {
     mission: Mission,
     #[serde(default)]
     fence: Fence,
+    alert: Option<Alert>,
 }
 
 /// A mission as a board stores it.
@@ -22,6 +23,8 @@ pub struct StoredMission {
     pub waypoints: Vec<Waypoint>,
     /// Corners of its fence, north and east, m.
     pub fence_m: Vec<[f64; 2]>,
+    /// Alert limits of the protection level, horizontally and in depth, m; `None`: those of the board stay.
+    pub alerts_m: Option<[f64; 2]>,
 }
 
 /// The waypoints of a mission file, and its fence.
@@ -39,11 +42,12 @@ fn parse(text: &str, path: &Path) -> Result<StoredMission, DataError> {
     if waypoints.is_empty() {
         return Err(DataError::file(path, "mission.waypoints: a mission needs at least one"));
     }
-    Ok(StoredMission { waypoints, fence_m: file.fence.corners_m })
+    let alerts_m = file.alert.map(|Alert { horizontal_m, depth_m }| [horizontal_m, depth_m]);
+    Ok(StoredMission { waypoints, fence_m: file.fence.corners_m, alerts_m })
 }
 
 /// The text of a mission file; without corners it has no fence.
-pub fn text_of(waypoints: &[Waypoint], fence_m: &[[f64; 2]]) -> String {
+pub fn text_of(waypoints: &[Waypoint], fence_m: &[[f64; 2]], alerts_m: Option<[f64; 2]>) -> String {
     let mut text = String::from(
         "# Mission: waypoints in the local frame (x north, y east); depth and speed are those of the leg that ends there.\n",
     );
@@ -55,6 +59,9 @@ pub fn text_of(waypoints: &[Waypoint], fence_m: &[[f64; 2]]) -> String {
     }
     if !fence_m.is_empty() {
         let _ = write!(text, "\n[fence]\ncorners_m = {fence_m:?}\n");
+    }
+    if let Some([horizontal_m, depth_m]) = alerts_m {
+        let _ = write!(text, "\n[alert]\nhorizontal_m = {horizontal_m:?}\ndepth_m = {depth_m:?}\n");
     }
     text
 }
@@ -68,8 +75,10 @@ mod tests {
         let waypoints = [(-1.0 / 3.0, 1e5, 0.0, 1.5), (7.0, -0.0, 3.25, 0.1)]
             .map(|(x_m, y_m, depth_m, speed_mps)| Waypoint { x_m, y_m, depth_m, speed_mps });
         for fence_m in [vec![], vec![[0.0, -1e5], [1.0 / 3.0, 0.0], [5.0, 5.0]]] {
-            let read = parse(&text_of(&waypoints, &fence_m), Path::new("m.toml")).unwrap();
-            assert_eq!(read, StoredMission { waypoints: waypoints.to_vec(), fence_m });
+            for alerts_m in [None, Some([25.0, 2.5])] {
+                let read = parse(&text_of(&waypoints, &fence_m, alerts_m), Path::new("m.toml")).unwrap();
+                assert_eq!(read, StoredMission { waypoints: waypoints.to_vec(), fence_m: fence_m.clone(), alerts_m });
+            }
         }
     }
 
@@ -82,7 +91,7 @@ mod tests {
 
     #[test]
     fn errors_say_where() {
-        let good = text_of(&[Waypoint { x_m: 1.0, y_m: 2.0, depth_m: 3.0, speed_mps: 1.0 }], &[]);
+        let good = text_of(&[Waypoint { x_m: 1.0, y_m: 2.0, depth_m: 3.0, speed_mps: 1.0 }], &[], None);
         let cases = [
             (String::new(), "m.toml", "missing field `mission`"),
             ("[mission]\n".to_owned(), "m.toml:1:1:", "mission"),
@@ -97,6 +106,8 @@ mod tests {
             (good.replace("[[mission.waypoints]]", "[[mission.waypoint]]"), "m.toml:", "waypoint"),
             (good.clone() + "[fence]\ncorners = []\n", "m.toml:9:1:", "corners"),
             (good.clone() + "[fence]\ncorners_m = [[1.0, nan]]\n", "m.toml:9:", "outside"),
+            (good.clone() + "[alert]\nhorizontal_m = -1.0\n", "m.toml:9:", "horizontal_m"),
+            (good.clone() + "[alert]\nacross_m = 1.0\n", "m.toml:9:", "across_m"),
         ];
         for (text, place, message) in cases {
             let error = parse(&text, Path::new("m.toml")).unwrap_err().to_string();

@@ -39,6 +39,8 @@ struct Ship {
     origin_deg: Option<[f64; 2]>,
     antenna_to_transducer_m: Option<[f64; 2]>,
     transducer_depth_m: Option<f64>,
+    arm_sigma_m: Option<f64>,
+    datum_sigma_m: Option<f64>,
     fix_sigma_m: Option<f64>,
     velocity_sigma_mps: Option<f64>,
     acceleration_mps2_per_sqrt_hz: Option<f64>,
@@ -150,6 +152,8 @@ fn assemble(file: &File) -> anyhow::Result<Config> {
         vehicles: heapless_vehicles(&addresses)?,
         antenna_to_transducer_m: ship.antenna_to_transducer_m.unwrap_or(default.antenna_to_transducer_m),
         transducer_depth_m: ship.transducer_depth_m.unwrap_or(default.transducer_depth_m),
+        arm_sigma_m: ship.arm_sigma_m.unwrap_or(default.arm_sigma_m),
+        datum_sigma_m: ship.datum_sigma_m.unwrap_or(default.datum_sigma_m),
         fix_sigma_m: ship.fix_sigma_m.unwrap_or(default.fix_sigma_m),
         velocity_sigma_mps: ship.velocity_sigma_mps.unwrap_or(default.velocity_sigma_mps),
         ship_acceleration_mps2_per_sqrt_hz: ship

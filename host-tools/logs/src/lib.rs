@@ -3,6 +3,7 @@
 //!
 //! Errors of the readers name the file, the line, the column and what was expected there.
 
+pub mod data_sheets;
 pub mod error;
 pub mod importers;
 pub mod kinds;

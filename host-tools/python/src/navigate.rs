@@ -30,7 +30,7 @@ pub fn navigate<'py>(
     let [no_dvl, no_range_rate, current, packet, smooth] = switches;
     let model: Option<Model> =
         model.map(str::parse).transpose().map_err(|message: String| PyValueError::new_err(message))?;
-    let settings = Settings { model, no_dvl, no_range_rate, current, packet, smooth };
+    let settings = Settings { model, no_dvl, no_range_rate, current, packet, smooth, ..Settings::default() };
     let truth = truth.map(|path| Truth::read(&path)).transpose().map_err(error)?;
     let compute = || -> anyhow::Result<(NavigationResult<'_>, Report)> {
         let vehicle = vehicle.map(|vehicle| &vehicle.file);

@@ -1,7 +1,9 @@
 //! Verdicts on what was observed of a board.
 
+use backseat_analysis::reach::{self, Flown};
 use backseat_app::parameters::PARAMETER_SCHEMA;
 use backseat_link::board::{Declared, Identity};
+use backseat_logs::data_sheets;
 use backseat_wire::calendar::DateTime;
 use backseat_wire::hostlink::{BoardLog, Health, LogState, Mode, ModeReason, Oscillator, Port, Restart, Telemetry};
 use serde_json::{Value, json};
@@ -92,6 +94,8 @@ pub fn lines(look: &Look) -> Vec<CheckLine> {
         pps(look),
         mode(look),
         parameters(&look.parameters),
+        priors(&look.parameters),
+        alert(&look.parameters),
         mission(look.waypoints),
     ]);
     lines
@@ -293,6 +297,31 @@ fn parameters(parameters: &[Declared]) -> CheckLine {
         if outside.is_empty() { String::new() } else { format!("; outside their range: {}", outside.join(", ")) };
     let found = format!("{} read, {own} not at their default{outside_range}", parameters.len());
     CheckLine::new(Verdict::of(outside.is_empty()), "parameters", found)
+}
+
+/// What is declared better than any device is sold.
+fn priors(parameters: &[Declared]) -> CheckLine {
+    let of = |name: &str| parameters.iter().find(|parameter| parameter.name == name).map(|found| found.value);
+    let below = data_sheets::below(of);
+    let said: Vec<String> = below.iter().map(|(name, text)| format!("{name}: {text}")).collect();
+    let none = said.is_empty();
+    let found = if none { "none is below its device's data sheet".to_owned() } else { said.join("; ") };
+    CheckLine::new(if none { Verdict::Pass } else { Verdict::Note }, "priors", found)
+}
+
+/// Limits of the protection level, and whether they can be kept.
+fn alert(parameters: &[Declared]) -> CheckLine {
+    const WHAT: &str = "alert limits";
+    let flown = Flown::by(parameters.iter().map(|parameter| (parameter.name.as_str(), parameter.value)));
+    let [horizontal_m, depth_m] = flown.alerts_m;
+    if flown.alerts_m == [0.0; 2] {
+        let found = "none: the protection level is stated and nothing acts on it";
+        return CheckLine::new(Verdict::Note, WHAT, found);
+    }
+    let said = reach::unreachable(&flown);
+    let verdict = if said.is_empty() { Verdict::Pass } else { Verdict::Fail };
+    let limits = format!("{horizontal_m} m horizontally, {depth_m} m in depth (0: none)");
+    CheckLine::new(verdict, WHAT, [vec![limits], said].concat().join("; "))
 }
 
 fn mission(waypoints: usize) -> CheckLine {

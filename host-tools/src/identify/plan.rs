@@ -49,7 +49,7 @@ impl Planning {
             .iter()
             .map(|w| Waypoint { x_m: w.x_m, y_m: w.y_m, depth_m: w.depth_m, speed_mps: w.speed_mps })
             .collect();
-        let text = text_of(&waypoints, &[]);
+        let text = text_of(&waypoints, &[], None);
         output::write(path, args.output.existing(), |file| file.write_all(text.as_bytes()))?;
         args.output.print(&report(&plan, path, 0.5 * self.depth.iter().sum::<f64>()))
     }

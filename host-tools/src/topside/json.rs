@@ -52,6 +52,7 @@ fn vehicle(track: &Track, utc_us: Option<u64>) -> Value {
         "velocity_mps": estimate.map(|e| e.velocity_mps),
         "covariance_m2": estimate.map(|e| e.covariance_m2),
         "sigma_m": estimate.map(|e| e.sigma_m()),
+        "level_horizontal_m": utc_us.and_then(|utc_us| track.level_at(utc_us)),
         "age_s": track.heard_us().and_then(age),
         "report": track.report().map(report),
         "ranges": ranges,
@@ -67,6 +68,8 @@ fn report(state: &VehicleState) -> Value {
         "depth_m": state.depth_m,
         "position_sigma_m": state.position_sigma_m,
         "heading_rad": state.heading_rad,
+        "level_horizontal_m": state.level_m[0],
+        "level_depth_m": state.level_m[1],
         "mode": state.mode,
         "synchronous": state.synchronous,
     })
@@ -86,7 +89,9 @@ pub fn words(event: &Event) -> (bool, String) {
         }
         Event::Uplink { state, range_m } => {
             let range = range_m.map_or("no range".to_owned(), |range_m| format!("range {range_m:.1} m"));
-            (false, format!("vehicle {}: depth {:.1} m, {range}", state.source, state.depth_m))
+            let [level, depth] = state.level_m.map(level);
+            let text = format!("depth {:.1} m, {range}, level {level}, in depth {depth}", state.depth_m);
+            (false, format!("vehicle {}: {text}", state.source))
         }
         Event::Range(ranging) => {
             let kind = if ranging.two_way { "ping" } else { "uplink" };
@@ -112,8 +117,20 @@ pub fn words(event: &Event) -> (bool, String) {
             true,
             format!("the ship's GNSS jumped by {by_m:.1} m: packets state that much more uncertainty, less with time"),
         ),
+        Event::ShipWalked { by_m } => (
+            true,
+            format!(
+                "the ship's GNSS fixes moved by {by_m:.1} m that its speed over ground does not have: packets state that \
+                 much more uncertainty, less with time"
+            ),
+        ),
         Event::ModemRestarted => (true, "the modem started again: its settings are sent again".to_owned()),
     }
+}
+
+/// A protection level in words.
+pub fn level(level_m: Option<f64>) -> String {
+    level_m.map_or("none".to_owned(), |level_m| format!("{level_m:.1} m"))
 }
 
 fn whom(destination: u8) -> String {

@@ -1,6 +1,7 @@
 //! The screen: ship, vehicles with their ellipses, clock, slots. It fits 80 columns and 24 rows.
 
 use super::abort::{self, Prompt};
+use super::json::level;
 use super::model::Model;
 use crate::screen::{Ellipse, Window, faint, panel, time_of_day};
 use backseat_analysis::topside_config::Vehicle;
@@ -35,7 +36,7 @@ pub fn draw(
     let right_width = 38.min(screen.width / 2);
     let [left, _, right] =
         Layout::horizontal([Constraint::Fill(1), Constraint::Length(1), Constraint::Length(right_width)]).areas(body);
-    let vehicle_rows = 3 * u16::try_from(vehicles.len()).unwrap_or(4) + 1;
+    let vehicle_rows = 4 * u16::try_from(vehicles.len()).unwrap_or(4) + 1;
     let [table, slots] = Layout::vertical([Constraint::Length(vehicle_rows), Constraint::Fill(1)]).areas(right);
     let utc_us = topside.utc_us(time_us);
     frame
@@ -150,7 +151,10 @@ fn draw_vehicles(frame: &mut Frame<'_>, area: Rect, topside: &Topside, vehicles:
             Some(e) => format!("  {:.0} N {:.0} E ±{:.1} m", e.position_m[0], e.position_m[1], e.sigma_m()),
             None => "  no position".to_owned(),
         }));
-        let depth = track.report().map_or("-".to_owned(), |report| format!("{:.1} m", report.depth_m));
+        let report = track.report();
+        let horizontal = level(utc_us.and_then(|us| track.level_at(us)));
+        lines.push(Line::from(format!("  level {horizontal}, in depth {}", level(report.and_then(|r| r.level_m[1])))));
+        let depth = report.map_or("-".to_owned(), |report| format!("{:.1} m", report.depth_m));
         lines.push(Line::from(format!("  depth {depth}, {used} ranges, {refused} refused")));
     }
     frame.render_widget(Paragraph::new(lines), inner);

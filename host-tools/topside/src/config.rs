@@ -35,6 +35,10 @@ pub struct Config {
     pub antenna_to_transducer_m: [f64; 2],
     /// Depth of the transducer, m.
     pub transducer_depth_m: f64,
+    /// One sigma per axis of antenna and lever arm, as they were measured, m: part of the sigma that packets state.
+    pub arm_sigma_m: f64,
+    /// One sigma per axis between the receiver's datum and the vehicle's, m: likewise.
+    pub datum_sigma_m: f64,
     /// One sigma of a fix per axis, m, as long as no `$GPGST` says it.
     pub fix_sigma_m: f64,
     /// One sigma of the speed over ground per axis, m/s; 0: `$GPRMC`'s speed is not used.
@@ -78,6 +82,8 @@ impl Config {
             vehicles,
             antenna_to_transducer_m: [0.0; 2],
             transducer_depth_m: 0.0,
+            arm_sigma_m: 0.0,
+            datum_sigma_m: 0.0,
             fix_sigma_m: 1.5,
             velocity_sigma_mps: 0.1,
             ship_acceleration_mps2_per_sqrt_hz: 0.02,
@@ -134,6 +140,8 @@ impl Config {
             range("antenna to transducer", arm_m, -200.0, 200.0)?;
         }
         range("transducer depth", self.transducer_depth_m, 0.0, 25.5)?;
+        range("sigma of antenna and lever arm", self.arm_sigma_m, 0.0, 100.0)?;
+        range("sigma of the datum", self.datum_sigma_m, 0.0, 1000.0)?;
         range("sigma of a fix", self.fix_sigma_m, 1.0e-3, 100.0)?;
         range("sigma of the speed over ground", self.velocity_sigma_mps, 0.0, 10.0)?;
         range("acceleration of the ship", self.ship_acceleration_mps2_per_sqrt_hz, 1.0e-6, 10.0)?;

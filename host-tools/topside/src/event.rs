@@ -80,6 +80,11 @@ pub enum Event {
         /// So far from where it was expected, m.
         by_m: f64,
     },
+    /// The fixes of the ship's receiver move and its speed over ground does not, or otherwise.
+    ShipWalked {
+        /// By so much, m.
+        by_m: f64,
+    },
     /// The modem started again and gets its settings anew.
     ModemRestarted,
 }

@@ -37,6 +37,7 @@ pub mod ship;
 pub mod slots;
 mod topside;
 pub mod track;
+mod walk;
 
 pub use config::{Config, ConfigError, MAX_VEHICLES, Vehicles};
 pub use event::Event;

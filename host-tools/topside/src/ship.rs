@@ -3,6 +3,8 @@
 //! North and east are independent; each has a position and a velocity. A fix brings its own sigmas where the receiver
 //! says them.
 
+use crate::walk::Walk;
+
 /// One sigma of the unknown velocity before the first fix, m/s.
 const VELOCITY_SIGMA_MPS: f64 = 5.0;
 /// A fix this many sigmas off is not believed ...
@@ -88,6 +90,10 @@ pub struct ShipFilter {
     /// Sum of the jumps, north and east, at the time of the last, m: a receiver that jumps back is where it was.
     jump_m: [f64; 2],
     jump_us: u64,
+    /// The last fix that was used, m, and its larger sigma.
+    last_m: [f64; 2],
+    last_sigma_m: f64,
+    walk: Walk,
 }
 
 impl ShipFilter {
@@ -95,7 +101,18 @@ impl ShipFilter {
     #[must_use]
     pub fn new(acceleration_mps2_per_sqrt_hz: f64) -> Self {
         let density = acceleration_mps2_per_sqrt_hz * acceleration_mps2_per_sqrt_hz;
-        Self { density, time_us: 0, axes: None, refused: 0, in_a_row: 0, jump_m: [0.0; 2], jump_us: 0 }
+        Self {
+            density,
+            time_us: 0,
+            axes: None,
+            refused: 0,
+            in_a_row: 0,
+            jump_m: [0.0; 2],
+            jump_us: 0,
+            last_m: [0.0; 2],
+            last_sigma_m: 0.0,
+            walk: Walk::NEW,
+        }
     }
 
     /// A fix taken at `time_us`.
@@ -116,12 +133,15 @@ impl ShipFilter {
                 if self.in_a_row < REFUSED_IN_A_ROW {
                     return FixOutcome::Refused;
                 }
-                outcome = FixOutcome::Jumped(self.jump(time_us, axes, position_m));
+                let off_m = core::array::from_fn(|i| position_m[i] - axes[i].x[0]);
+                outcome = FixOutcome::Jumped(self.jump(time_us, off_m));
+                self.walk.clear();
                 kept = None;
             }
         }
         self.in_a_row = 0;
         self.time_us = time_us;
+        (self.last_m, self.last_sigma_m) = (position_m, sigma_m[0].max(sigma_m[1]));
         self.axes = Some(match kept {
             Some(mut axes) => {
                 for ((axis, value), sigma) in axes.iter_mut().zip(position_m).zip(sigma_m) {
@@ -140,9 +160,8 @@ impl ShipFilter {
         outcome
     }
 
-    /// Counts a jump from where the ship was expected; its length, m.
-    fn jump(&mut self, time_us: u64, expected: &[Axis; 2], position_m: [f64; 2]) -> f64 {
-        let [north, east] = core::array::from_fn(|i| position_m[i] - expected[i].x[0]);
+    /// Counts a jump, or a walk, from where the ship was expected; its length, m.
+    fn jump(&mut self, time_us: u64, [north, east]: [f64; 2]) -> f64 {
         let before_m = self.doubt_m(time_us);
         (self.jump_m, self.jump_us) = ([before_m[0] + north, before_m[1] + east], time_us);
         libm::hypot(north, east)
@@ -154,14 +173,17 @@ impl ShipFilter {
         self.jump_m.map(|jump_m| jump_m * libm::exp(-since_s / JUMP_FORGOTTEN_S))
     }
 
-    /// Speed over ground, north and east, at the time of the last fix.
-    pub fn velocity(&mut self, velocity_mps: [f64; 2], sigma_mps: f64) {
+    /// Speed over ground, north and east, at the time of the last fix. By how much the fixes have moved without it, m,
+    /// where that is a contradiction: it counts as a jump.
+    pub fn velocity(&mut self, velocity_mps: [f64; 2], sigma_mps: f64) -> Option<f64> {
         if !velocity_mps.iter().all(|value| value.is_finite()) {
-            return;
+            return None;
         }
         for (axis, value) in self.axes.iter_mut().flatten().zip(velocity_mps) {
             axis.fuse(1, value, sigma_mps);
         }
+        let walked_m = self.walk.take(self.time_us, self.last_m, velocity_mps, [self.last_sigma_m, sigma_mps])?;
+        Some(self.jump(self.time_us, walked_m))
     }
 
     /// The ship at a time; `None` before the first fix.
@@ -203,6 +225,7 @@ mod tests {
     use rand::SeedableRng;
     use rand_chacha::ChaCha8Rng;
     use rand_distr::{Distribution, StandardNormal};
+    use std::vec::Vec;
 
     /// A ship that moves as the filter believes, exactly discretised: velocity gains a, position a/2 and an independent
     /// part of variance 1/12 a second. Over 300 such ships the squared errors over the stated variances have a mean of
@@ -274,6 +297,21 @@ mod tests {
         assert_eq!(filter.fix(35_000_000, [f64::NAN, 0.0], [0.5; 2]), FixOutcome::Refused);
     }
 
+    /// Fixes that are drawn east by 0.3 m/s while the speed says that the ship lies still: the sigma grows with them.
+    #[test]
+    fn val_fixes_that_walk_count_in_the_sigma() {
+        let mut filter = ShipFilter::new(0.02);
+        let mut noticed_m = Vec::new();
+        for second in 0..200_u64 {
+            let east_m = 0.3 * (second as f64 - 60.0).max(0.0);
+            filter.fix(second * 1_000_000, [0.0, east_m], [0.5; 2]);
+            noticed_m.extend(filter.velocity([0.0; 2], 0.1));
+        }
+        assert!(noticed_m.len() >= 2 && noticed_m.iter().all(|by_m| (10.0..20.0).contains(by_m)), "{noticed_m:?}");
+        let [north, east] = filter.at(199_000_000).unwrap().position_sigma_m;
+        assert!(north < 0.6 && east > 20.0, "{north} {east}");
+    }
+
     /// A jump of 8 m north: one sigma of 8 m, of 8/e m ten minutes later; back where it was after a minute, what is
     /// left is 8 (1 - e^(-1/10)) m. East nothing jumps.
     #[test]
@@ -281,7 +319,7 @@ mod tests {
         let fixed = |from: u64, to: u64, north_m: f64, filter: &mut ShipFilter| {
             for second in from..to {
                 filter.fix(second * 1_000_000, [north_m, 0.0], [0.5; 2]);
-                filter.velocity([0.0; 2], 0.1);
+                let _ = filter.velocity([0.0; 2], 0.1);
             }
             let [north, east] = filter.at((to - 1) * 1_000_000).unwrap().position_sigma_m;
             assert!(east < 0.6, "{east}");

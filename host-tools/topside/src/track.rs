@@ -13,6 +13,8 @@ use nalgebra::{Matrix2, Matrix4, Vector2, Vector4};
 const GATE_SIGMAS: f64 = 5.0;
 /// Weights that covariance intersection tries.
 const WEIGHTS: u8 = 20;
+/// Sigmas of the level's growth since a report: two tails of 5e-4, as on the board.
+const LEVEL_SIGMAS: f64 = 3.3;
 /// A report is no better than this per axis, m and m/s: its resolution.
 const LEAST_SIGMA: f64 = 0.01;
 
@@ -61,6 +63,8 @@ pub struct Track {
     time_us: u64,
     filter: Option<(Vector4<f64>, Matrix4<f64>)>,
     report: Option<VehicleState>,
+    /// Where it said it was, m.
+    reported_m: [f64; 2],
     ranges: u32,
     refused: u32,
 }
@@ -70,7 +74,7 @@ impl Track {
     #[must_use]
     pub fn new(vehicle: u8, acceleration_mps2_per_sqrt_hz: f64) -> Self {
         let density = acceleration_mps2_per_sqrt_hz * acceleration_mps2_per_sqrt_hz;
-        Self { vehicle, density, time_us: 0, filter: None, report: None, ranges: 0, refused: 0 }
+        Self { vehicle, density, time_us: 0, filter: None, report: None, reported_m: [0.0; 2], ranges: 0, refused: 0 }
     }
 
     /// The last report.
@@ -102,11 +106,27 @@ impl Track {
         })
     }
 
+    /// Beyond this distance from [`Self::at`] the vehicle is with the probability only of the level that it reported, m:
+    /// that level, how far the track is from the report, and what a report loses with time. `None` where nothing bounds
+    /// it.
+    #[must_use]
+    pub fn level_at(&self, time_us: u64) -> Option<f64> {
+        let report = self.report?;
+        let level_m = report.level_m[0]?;
+        let (x, _) = self.predicted(time_us)?;
+        let dt = (time_us as f64 * 1.0e-6 - f64::from(report.transmit_s)).max(0.0);
+        let [[north, east], [u, v]] = [self.reported_m, report.velocity_mps];
+        let apart_m = libm::hypot(x[0] - north - dt * u, x[1] - east - dt * v);
+        let walked = report.velocity_sigma_mps * dt;
+        let variance = walked * walked + self.density * dt * dt * dt / 3.0;
+        Some(level_m + apart_m + LEVEL_SIGMAS * libm::sqrt(variance))
+    }
+
     /// The vehicle said at its transmit second where it was, in local coordinates; an older one than the track is kept
     /// but not used.
     pub fn report_heard(&mut self, state: &VehicleState, position_m: [f64; 2]) {
         let time_us = u64::from(state.transmit_s) * 1_000_000;
-        self.report = Some(*state);
+        (self.report, self.reported_m) = (Some(*state), position_m);
         if self.filter.is_some() && time_us < self.time_us {
             return;
         }
@@ -217,6 +237,7 @@ mod tests {
         position_sigma_m: 2.0,
         velocity_sigma_mps: 0.1,
         heading_rad: 0.0,
+        level_m: [Some(20.0), Some(1.0)],
         mode: 0,
         synchronous: true,
     };
@@ -238,6 +259,23 @@ mod tests {
         let expected = 4.0 + 1.0 + 1.0e-4 * 1000.0 / 3.0;
         assert!((estimate.covariance_m2[0] - expected).abs() < 1e-9 && estimate.covariance_m2[2].abs() < 1e-12);
         assert!((estimate.sigma_m() - expected.sqrt()).abs() < 1e-9);
+    }
+
+    /// 20 m told; after 10 s 3.3 · √(0.1² · 10² + q · 10³ / 3) more; and what a range moves the track by.
+    #[test]
+    fn val_the_level_is_the_reports_and_grows() {
+        let mut track = Track::new(2, 0.01);
+        assert_eq!(track.level_at(0), None);
+        track.report_heard(&STATE, [400.0, 0.0]);
+        assert!((track.level_at(1_000_000_000).unwrap() - 20.0).abs() < 1e-9);
+        let grown = 20.0 + 3.3 * (1.0 + 1.0e-4 * 1000.0 / 3.0_f64).sqrt();
+        assert!((track.level_at(1_010_000_000).unwrap() - grown).abs() < 1e-9);
+        let distance = 400.0_f64.hypot(30.0);
+        track.range_measured(1_000_000_000, distance + 1.5, 1.0, &SHIP, 0.0, false);
+        let moved = track.at(1_000_000_000).unwrap().position_m[0] - 400.0;
+        assert!((track.level_at(1_000_000_000).unwrap() - 20.0 - moved).abs() < 1e-9 && moved > 1.0);
+        track.report_heard(&VehicleState { transmit_s: 1001, level_m: [None; 2], ..STATE }, [401.0, 0.0]);
+        assert_eq!(track.level_at(1_002_000_000), None);
     }
 
     /// The vehicle 400 m north and 30 m down of a ship at the surface: 401.123 m. A range of sigma 1 against 2 m along

@@ -350,6 +350,7 @@ fn an_uplink_and_its_range_make_a_track_and_a_ping_renews_it() {
         position_sigma_m: 5.0,
         velocity_sigma_mps: 0.1,
         heading_rad: 0.0,
+        level_m: [Some(20.0), Some(1.0)],
         mode: 3,
         synchronous: true,
     };

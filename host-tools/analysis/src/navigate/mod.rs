@@ -8,7 +8,7 @@ mod trial;
 
 use crate::read_log::ReadLog;
 use crate::uses::{self, Navigation};
-use backseat_core::navigation::ProcessModel;
+use backseat_core::navigation::{Area, Declared, ProcessModel};
 use backseat_diagnose::log_effects::Effects;
 use backseat_diagnose::proposal;
 use backseat_diagnose::regressors::{Proposed, Target};
@@ -40,6 +40,10 @@ pub struct Settings {
     pub packet: bool,
     /// Smooth the track after the filter: the best estimate of each time from the whole log.
     pub smooth: bool,
+    /// Where it was, for the protection level.
+    pub water: Area,
+    /// One sigma per axis of the slow errors of the receivers of vehicle and ship, m.
+    pub receiver_bias_m: f64,
 }
 
 /// What moves the vehicle between measurements.
@@ -172,6 +176,8 @@ fn plan(settings: &Settings, log: &Log, vehicle: &VehicleFile, notes: &mut Vec<S
     options.use_dvl = !settings.no_dvl;
     options.use_range_rate = !settings.no_range_rate;
     options.smooth = settings.smooth;
+    options.level =
+        Some(Declared { area: settings.water, receivers_m: [settings.receiver_bias_m; 2], ..Declared::DEFAULT });
     if settings.current && model != Model::Robust {
         options.navigation.effect_states = FilterOptions::water_current();
     }

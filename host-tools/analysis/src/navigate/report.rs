@@ -3,7 +3,7 @@
 use super::estimates;
 use super::figures;
 use super::result::{Estimate, NavigationResult};
-use crate::provenance;
+use crate::{level, provenance};
 use backseat_core::state::{X, Y};
 use backseat_estimation::filter::FilterRun;
 use backseat_logs::stats::{ErrorSummary, median, nis_bounds95};
@@ -33,7 +33,14 @@ pub fn report(result: &NavigationResult<'_>) -> Report {
     if let Estimate::Filter(run) = &result.estimate {
         report = estimates::section(report.table(sensors(run)), run);
     }
+    let stated = result.stated();
+    if let Some(table) = level::table(&stated) {
+        report = report.table(table);
+    }
     report = facts(report, result).notes(&result.notes).on_page();
+    for (caption, figure) in level::figures(&stated) {
+        report = report.figure(&caption, figure);
+    }
     match &result.estimate {
         Estimate::Filter(run) => figures::innovations(report, run),
         Estimate::DeadReckoning(_) => report,
@@ -172,6 +179,7 @@ fn json(result: &NavigationResult<'_>) -> Value {
         "doubts": result.health.doubts,
         "health": {"sensors": sensors, "rms_over_drms": result.health.rms_over_drms},
         "estimates": estimates,
+        "level": level::json(&result.stated()),
         "simulated_s": result.log.duration_s(),
         "wall_s": result.wall_s,
         "digest": digest,

@@ -1,6 +1,8 @@
 //! What a run gave.
 
-use backseat_core::state::{X, Y};
+use crate::level::Stated;
+use backseat_core::navigation::Level;
+use backseat_core::state::{X, Y, Z};
 use backseat_estimation::dead_reckoning::Position;
 use backseat_estimation::filter::{FilterRun, Health, TrackSample};
 use backseat_logs::stats::ErrorSummary;
@@ -45,6 +47,9 @@ impl Against {
         }
     }
 }
+
+/// Columns of the protection level.
+pub const LEVELS: &str = "level_horizontal_m,level_depth_m";
 
 /// Everything there is to say about a run.
 pub struct NavigationResult<'a> {
@@ -117,6 +122,22 @@ impl NavigationResult<'_> {
         ErrorSummary::of(&errors)
     }
 
+    /// The protection level along the track, beside the error where there is a truth.
+    pub(crate) fn stated(&self) -> Vec<Stated> {
+        let Estimate::Filter(run) = &self.estimate else { return Vec::new() };
+        run.track
+            .iter()
+            .zip(&run.levels)
+            .map(|(sample, level)| {
+                let x = &sample.state;
+                let error_m = self.truth.and_then(|truth| truth.at(sample.time_us)).map_or([f64::NAN; 2], |truth| {
+                    [(x[X] - truth.state[X]).hypot(x[Y] - truth.state[Y]), (x[Z] - truth.state[Z]).abs()]
+                });
+                Stated { time_us: sample.time_us, level_m: [level.horizontal_m, level.vertical_m], error_m }
+            })
+            .collect()
+    }
+
     /// The vehicle with what the robust model has learnt of it, for the next dive; no other model learns anything.
     pub fn learnt(&self, declared: &VehicleFile) -> Option<VehicleFile> {
         let Estimate::Filter(run) = &self.estimate else { return None };
@@ -142,13 +163,16 @@ impl NavigationResult<'_> {
             }
             Estimate::Filter(run) => {
                 let state = STATE_COLUMNS.join(",");
-                writeln!(out, "t_s,{state},current_n_mps,current_e_mps,sigma_x_m,sigma_y_m,cov_xy_m2")?;
-                for sample in &run.track {
+                writeln!(out, "t_s,{state},current_n_mps,current_e_mps,sigma_x_m,sigma_y_m,cov_xy_m2,{LEVELS}")?;
+                let none = Level { horizontal_m: f64::NAN, vertical_m: f64::NAN };
+                let levels = run.levels.iter().chain(std::iter::repeat(&none));
+                for (sample, level) in run.track.iter().zip(levels) {
                     write!(out, "{}", seconds(sample.time_us))?;
                     for value in sample.state.iter().chain(&sample.current_mps) {
                         write!(out, ",{value:.6}")?;
                     }
-                    writeln!(out, ",{:.4},{:.4},{:.6}", sample.sigma[X], sample.sigma[Y], sample.cov_xy_m2)?;
+                    write!(out, ",{:.4},{:.4},{:.6}", sample.sigma[X], sample.sigma[Y], sample.cov_xy_m2)?;
+                    writeln!(out, ",{:.2},{:.2}", level.horizontal_m, level.vertical_m)?;
                 }
             }
         }

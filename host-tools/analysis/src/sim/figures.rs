@@ -1,6 +1,7 @@
 //! Figures of a flight.
 
 use crate::flight_score::{Analysis, Configuration};
+use crate::level::Stated;
 use backseat_core::navigation::Sensor;
 use backseat_report::plots::{
     Ellipse, ErrorPlot, Histogram, Innovation, InnovationPlot, Point, Scale, TimePlot, TrackPlot, error_vs_time,
@@ -57,6 +58,21 @@ pub fn errors(configurations: &[Configuration], scale: Scale) -> String {
         bound: Some(("the backseat's own 95 % bound", &bound)),
         scale,
     })
+}
+
+/// What the backseat stated, beside its errors.
+pub fn stated(flight: &FlightLog) -> Vec<Stated> {
+    let known = flight.samples.iter().filter(|sample| sample.telemetry.level_m[0] > 0.0);
+    known
+        .map(|sample| {
+            let ([x, y, z, ..], [true_x, true_y, true_z, ..]) = (sample.telemetry.state, sample.truth.state);
+            Stated {
+                time_us: sample.telemetry.time_us,
+                level_m: sample.telemetry.level_m.map(f64::from),
+                error_m: [(x - true_x).hypot(y - true_y), (z - true_z).abs()],
+            }
+        })
+        .collect()
 }
 
 pub fn depth(flight: &FlightLog) -> String {

@@ -5,6 +5,7 @@ use super::report;
 use super::ship::{self, TopsideKind};
 use super::trial;
 use crate::flight_score;
+use crate::reach;
 use crate::vehicle::unflyable;
 use anyhow::{Context, bail};
 use backseat_link::{Client, Ports};
@@ -81,6 +82,10 @@ pub fn fly(
             "vehicle {} does not fly: {reason} (`backseat vehicle check` says more, --force flies it)",
             scenario.vehicle.name
         );
+    }
+    let values = flight::board_parameters(&scenario);
+    for sentence in reach::unreachable(&reach::Flown::by(values.iter().map(|(name, value)| (name.as_str(), *value)))) {
+        say(&format!("warning: {sentence}"));
     }
     let folder = folder(options, &scenario)?;
     let program = ship::start(options.topside, options.usual_topside, options.realtime, &scenario, &folder, say)?;

@@ -4,8 +4,8 @@ use super::figures;
 use super::flown::{Flown, REPORT, SESSION};
 use super::topside_score;
 use crate::flight_score::{self, Analysis, Configuration};
-use crate::provenance;
 use crate::track_score::TrackScore;
+use crate::{level, provenance};
 use backseat_core::navigation::Sensor;
 use backseat_logs::stats::ErrorSummary;
 use backseat_report::plots::{Scale, sheet};
@@ -28,6 +28,10 @@ pub fn report(flown: &Flown) -> Report {
     if *ending != Ending::NotFlown {
         report = report.table(errors_table(flown));
     }
+    let stated = figures::stated(flight);
+    if let Some(table) = level::table(&stated) {
+        report = report.table(table);
+    }
     if !scenario.settings.faults.is_empty() {
         report = report.table(faults_table(scenario));
     }
@@ -45,6 +49,9 @@ pub fn report(flown: &Flown) -> Report {
             figures::errors(&analysis.configurations, Scale::Log),
         )
         .figure("Depth: truth and estimate.", figures::depth(flight));
+    for (caption, figure) in level::figures(&stated) {
+        report = report.figure(&caption, figure);
+    }
     let has = |sensor: Sensor| flight.fusions.iter().any(|record| record.sensor == sensor);
     let labels = [
         (Sensor::Range, "range innovation [m]"),
@@ -183,6 +190,7 @@ fn json(flown: &Flown) -> Value {
         "cross_track_m": track(|track| &track.cross_track),
         "depth_m": track(|track| &track.depth),
         "nis": analysis.configurations.first().map(nis),
+        "level": level::json(&figures::stated(flight)),
         "topside": topside_score::json(flight),
         "companion": companion.as_ref().map(topside_score::companion_json),
         "finished": matches!(ending, Ending::Flown),

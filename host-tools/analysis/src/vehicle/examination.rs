@@ -5,7 +5,7 @@ use super::manoeuvres::{self, Cruise, Dive, Turn};
 use super::stability::{self, Mode};
 use backseat_core::control::trim::Trim;
 use backseat_core::dynamics::{VehicleModel, VehicleParameters};
-use backseat_logs::VehicleFile;
+use backseat_logs::{VehicleFile, data_sheets};
 use std::f64::consts::PI;
 
 /// Speed of the default mission, m/s.
@@ -96,6 +96,9 @@ pub fn examine(file: &VehicleFile, speed_mps: f64) -> anyhow::Result<Findings> {
     let beside = beside(p);
     let mut misfits = plain_misfits(p);
     misfits.extend(beside.iter().filter_map(Beside::misfit));
+    let declared = file.flatten();
+    let of = |name: &str| declared.iter().find(|(other, _)| other == name).map(|(_, value)| *value);
+    misfits.extend(data_sheets::below(of).into_iter().map(|(key, message)| Misfit { is_fatal: false, key, message }));
     let mut findings = Findings {
         speed_mps,
         cruises,

@@ -20,8 +20,8 @@ use crate::smoother::Recording;
 use acoustics::{AcousticEvent, Direction, Flights, Packet, ShipTrack};
 use backseat_core::dynamics::{ActuatorInput, VehicleModel};
 use backseat_core::navigation::{
-    AcousticPath, ConfigError, Consistency, InitialShip, Learnt, Measurement, NavigationError, Navigator, ProcessModel,
-    Sensor, ShipEnd, StateEstimate, VehicleEnd,
+    AcousticPath, ConfigError, Consistency, InitialShip, Learnt, Level, Measurement, NavigationError, Navigator,
+    ProcessModel, ProtectionLevel, Sensor, ShipEnd, StateEstimate, VehicleEnd,
 };
 use backseat_core::parameters::{Installation, ParameterError};
 use backseat_core::state::{VehicleState, X, Y};
@@ -47,7 +47,9 @@ pub struct SensorSummary {
 pub struct FilterRun {
     /// The estimate, at the interval asked for and at the end.
     pub track: Vec<TrackSample>,
-    /// The same from the measurements of the whole log, if that was asked for.
+    /// The protection level at each time of the track, if that was asked for.
+    pub levels: Vec<Level>,
+    /// The track from the measurements of the whole log, if that was asked for.
     pub smoothed: Option<Vec<TrackSample>>,
     /// One sigma of the ship's velocity, north and east, m/s, at the times of the track from which on the ship is a
     /// state.
@@ -144,6 +146,7 @@ struct Pass<'a> {
     installation: Installation,
     options: &'a FilterOptions,
     navigator: Recording,
+    protection: ProtectionLevel,
     input: ActuatorInput,
     flights: Flights,
     ship_track: Option<ShipTrack>,
@@ -190,6 +193,7 @@ impl<'a> Pass<'a> {
             (options.ship == ShipSource::Packet).then(|| ShipTrack::of(log, options.navigation.sensors.ship_gnss_m));
         let run = FilterRun {
             track: Vec::new(),
+            levels: Vec::new(),
             smoothed: None,
             ship_velocity_sigma_mps: Vec::new(),
             estimates: Vec::new(),
@@ -206,6 +210,7 @@ impl<'a> Pass<'a> {
             installation: vehicle.installation,
             options,
             navigator,
+            protection: ProtectionLevel::new(),
             input: ActuatorInput::default(),
             flights: Flights::of(log),
             ship_track,
@@ -232,6 +237,9 @@ impl<'a> Pass<'a> {
         self.navigator.set_epoch(self.log.rows.first().map_or(0, |row| row.time_us));
         self.navigator.initialise(time_us, &initial).map_err(|e| self.failed(e))?;
         self.navigator.start_from(&self.options.learnt);
+        if let Some(declared) = &self.options.level {
+            self.protection.start(&self.navigator.followed(), self.options.navigation.sensors.gnss_m, declared);
+        }
         if let Some(ship) = ship {
             self.navigator.initialise_ship(&ship).map_err(|e| self.failed(e))?;
         }
@@ -257,7 +265,11 @@ impl<'a> Pass<'a> {
     }
 
     fn move_to(&mut self, time_us: u64) -> Result<(), DataError> {
-        self.navigator.predict(time_us, &self.input).map_err(|e| self.failed(e))
+        self.navigator.predict(time_us, &self.input).map_err(|e| self.failed(e))?;
+        if let Some(declared) = &self.options.level {
+            self.protection.follow(&self.navigator.followed(), declared);
+        }
+        Ok(())
     }
 
     fn hold_actuators(&mut self, row: &LogRow) {
@@ -270,6 +282,9 @@ impl<'a> Pass<'a> {
     }
 
     fn fuse(&mut self, measurement: &Measurement) {
+        if let (Some(declared), Some(aiding)) = (&self.options.level, self.navigator.aiding(measurement)) {
+            self.protection.take(&self.navigator.followed(), &aiding, declared);
+        }
         for record in self.navigator.fuse(measurement).iter() {
             self.consistency.add(record);
             self.run.fusions.push(record);
@@ -403,6 +418,7 @@ impl<'a> Pass<'a> {
         if let Some(sigma) = navigator.main().ship_velocity_sigma_mps() {
             self.run.ship_velocity_sigma_mps.push((time_us, sigma));
         }
+        self.run.levels.extend(self.protection.level());
         self.run.track.push(TrackSample {
             time_us,
             state: *navigator.state(),

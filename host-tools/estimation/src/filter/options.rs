@@ -1,8 +1,8 @@
 //! What of a log the filter uses, and how.
 
 use backseat_core::navigation::{
-    EffectStates, InitialShip, InitialState, Learnt, NavigationConfig, ProcessModel, ProcessNoise, StateParameter,
-    SurfaceNoise,
+    Declared, EffectStates, InitialShip, InitialState, Learnt, NavigationConfig, ProcessModel, ProcessNoise,
+    StateParameter, SurfaceNoise,
 };
 use backseat_logs::VehicleFile;
 
@@ -49,6 +49,8 @@ pub struct FilterOptions {
     pub track_interval_us: u64,
     /// Smooth the track as well.
     pub smooth: bool,
+    /// State protection levels, under what is declared of water and receivers.
+    pub level: Option<Declared>,
 }
 
 impl FilterOptions {
@@ -103,6 +105,7 @@ impl FilterOptions {
             learnt: vehicle.learnt,
             track_interval_us: 1_000_000,
             smooth: false,
+            level: None,
         }
     }
 }

@@ -450,6 +450,7 @@ mod tests {
                 position_sigma_m: 1.0,
                 velocity_sigma_mps: 0.1,
                 heading_rad: 0.0,
+                level_m: [None; 2],
                 mode: 3,
                 synchronous,
             };

@@ -278,6 +278,8 @@ impl Topside {
     #[must_use]
     pub fn ship_at(&self, utc_us: u64) -> Option<ShipEstimate> {
         let mut ship = self.ship.at(utc_us)?;
+        let declared = libm::hypot(self.config.arm_sigma_m, self.config.datum_sigma_m);
+        ship.position_sigma_m = ship.position_sigma_m.map(|sigma| libm::hypot(sigma, declared));
         let [ahead, aside] = self.config.antenna_to_transducer_m;
         match self.heading_rad() {
             Some(heading) => {
@@ -314,7 +316,10 @@ impl Topside {
             FixOutcome::Jumped(by_m) => self.note(Event::ShipJumped { by_m }),
         }
         if let Some(velocity_mps) = fix.velocity_mps.filter(|_| self.config.velocity_sigma_mps > 0.0) {
-            self.ship.velocity(velocity_mps, self.config.velocity_sigma_mps);
+            let walked_m = self.ship.velocity(velocity_mps, self.config.velocity_sigma_mps);
+            if let Some(by_m) = walked_m {
+                self.note(Event::ShipWalked { by_m });
+            }
         }
     }
 

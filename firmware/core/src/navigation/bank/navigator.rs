@@ -363,9 +363,8 @@ impl Navigator {
         let mut reported = None;
         for path in paths {
             let [north_m, east_m] = self.main.vehicle_end_m(&path.vehicle)?;
-            let ShipEnd::Reported(ship) = path.ship else { return None };
+            reported = Some(self.main.ship_end(&path.ship)?);
             since_m = [since_m[0] + share * (now[X] - north_m), since_m[1] + share * (now[Y] - east_m)];
-            reported = Some(ship);
         }
         reported.map(|ship| Aiding::Range { since_m, ship, range_m })
     }

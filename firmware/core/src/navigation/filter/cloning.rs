@@ -8,11 +8,11 @@
 use super::cekf::Filter;
 use crate::dynamics::Attitude;
 use crate::navigation::algebra::covariance::ROWS;
-use crate::navigation::algebra::layout::{CLONE_STATES, CLONE_VELOCITY, CloneKind, SHIP_STATES};
+use crate::navigation::algebra::layout::{CLONE_STATES, CLONE_VELOCITY, CloneKind, SHIP_STATES, SHIP_VELOCITY};
 use crate::navigation::algebra::observer::{Appended, LinearStep, Observer};
 use crate::navigation::algebra::row::Row;
 use crate::navigation::interface::error::CloneError;
-use crate::navigation::interface::measurement::{CloneId, VehicleEnd};
+use crate::navigation::interface::measurement::{CloneId, ShipEnd, ShipReport, VehicleEnd};
 use crate::navigation::sources::acoustic::{ground_velocity, push_ground_velocity};
 use crate::state::{self, X};
 use nalgebra::Vector3;
@@ -91,6 +91,24 @@ impl Filter {
                 Some([x_m + x_mps * bridge_s, y_m + y_mps * bridge_s])
             }
         }
+    }
+
+    /// The ship's end of an acoustic path, of a ship that is a state as a packet would report it; `None`: it was dropped,
+    /// or there is none.
+    #[must_use]
+    pub(crate) fn ship_end(&self, end: &ShipEnd) -> Option<ShipReport> {
+        let at = match *end {
+            ShipEnd::Reported(report) => return Some(report),
+            ShipEnd::Delayed(clone) => self.x.clone_at(clone, CloneKind::Ship)?,
+            ShipEnd::Now => self.x.layout.ship()?,
+        };
+        let sigma = |i: usize| libm::sqrt(self.variance(i).max(self.variance(i + 1)));
+        Some(ShipReport {
+            position_m: self.x.block::<2>(at),
+            velocity_mps: self.x.block::<2>(at + SHIP_VELOCITY),
+            position_sigma_m: sigma(at),
+            velocity_sigma_mps: sigma(at + SHIP_VELOCITY),
+        })
     }
 
     pub(super) fn forget_ship(&mut self, observer: &mut impl Observer) {

@@ -130,6 +130,11 @@ impl Account {
         }
     }
 
+    /// What is unknown of some states is more by so much: their variance.
+    pub(super) fn widen(&mut self, states: Range<usize>, variance: f64) {
+        states.for_each(|i| self.p[i][i] += variance);
+    }
+
     pub(super) fn predict(&mut self, motion: &Motion, priors: &Priors) {
         let &Motion { step_s: t, through_water_m: [n, e], depth_m } = motion;
         let x = &mut self.x;

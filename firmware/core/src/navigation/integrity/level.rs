@@ -82,6 +82,8 @@ pub struct ProtectionLevel {
     silent_s: f64,
     /// Depth that the current is known at, m.
     depth_m: f64,
+    /// One sigma of the ship as the last packet stated it, m.
+    ship_m: f64,
     /// A DVL may be taken.
     dvl_due: bool,
     cell_due: bool,
@@ -101,6 +103,7 @@ impl ProtectionLevel {
             nose_m: 0.0,
             silent_s: 0.0,
             depth_m: 0.0,
+            ship_m: 0.0,
             dvl_due: false,
             cell_due: false,
             level: None,
@@ -117,7 +120,7 @@ impl ProtectionLevel {
             depth.start(x[Z], followed.sensors.depth_m, slow);
         }
         (self.since_s, self.through_water_m, self.nose_m, self.silent_s) = (0.0, [0.0; 2], 0.0, 0.0);
-        (self.time_us, self.depth_m) = (followed.time_us, x[Z]);
+        (self.time_us, self.depth_m, self.ship_m) = (followed.time_us, x[Z], 0.0);
         self.state_level(x, declared);
     }
 
@@ -196,6 +199,7 @@ impl ProtectionLevel {
         let changed_m = depth_m - self.depth_m;
         let changed_m = if changed_m.abs() > DEPTH_STEP_M { changed_m } else { 0.0 };
         self.depth_m += changed_m;
+        let declared = &self.with_ship(declared);
         let motion = Motion { step_s: self.since_s, through_water_m: self.through_water_m, depth_m: changed_m };
         for (account, entry) in self.accounts.iter_mut().zip(&TABLE) {
             account.predict(&motion, &entry.nuisances(declared));
@@ -258,9 +262,11 @@ impl ProtectionLevel {
         declared: &Declared,
     ) {
         let down_m = followed.state[Z] - followed.ship_transducer_depth_m;
-        let noise = followed.sensors.range_m * followed.sensors.range_m
-            + RANGE_M * RANGE_M
-            + ship.position_sigma_m * ship.position_sigma_m;
+        let stated = ship.position_sigma_m * ship.position_sigma_m;
+        let noise = followed.sensors.range_m * followed.sensors.range_m + RANGE_M * RANGE_M + stated;
+        // what a packet states of the ship may be as slow as a receiver's error: antenna, arm, datum
+        self.state_ship(declared, ship.position_sigma_m);
+        let declared = &self.with_ship(declared);
         for (account, entry) in self.accounts.iter_mut().zip(&TABLE) {
             let x = &account.x;
             let n = x[0] - since_m[0] - ship.position_m[0] + x[SHIP.start];
@@ -283,6 +289,22 @@ impl ProtectionLevel {
             account.evidence += account.correct(&scalar, &entry.nuisances(declared));
         }
         self.silent_s = 0.0;
+    }
+
+    /// What is declared, with a ship that is known no better than its last packet stated.
+    fn with_ship(&self, declared: &Declared) -> Declared {
+        let [vehicle_m, receiver_m] = declared.receivers_m;
+        Declared { receivers_m: [vehicle_m, receiver_m.max(self.ship_m)], ..*declared }
+    }
+
+    /// A packet states one sigma of the ship, m.
+    fn state_ship(&mut self, declared: &Declared, stated_m: f64) {
+        let [_, before_m] = self.with_ship(declared).receivers_m;
+        self.ship_m = stated_m;
+        let more = stated_m * stated_m - before_m * before_m;
+        if more > 0.0 {
+            self.accounts.iter_mut().for_each(|account| account.widen(SHIP, more));
+        }
     }
 
     fn state_level(&mut self, x: &VehicleState, declared: &Declared) {
@@ -329,6 +351,8 @@ mod tests {
         depth_mps: f64,
         /// No ranges from here on, s.
         silent_s: f64,
+        /// One sigma that the ship states of itself; 0: 0.5, m.
+        stated_m: f64,
     }
 
     /// Largest error over level, horizontally and in depth, and the last level, of an estimate that believes the fix,
@@ -366,7 +390,7 @@ mod tests {
                 let ship = ShipReport {
                     position_m: [place[0] + wrong.ship_m[0], place[1] + wrong.ship_m[1]],
                     velocity_mps: [0.0; 2],
-                    position_sigma_m: 0.5,
+                    position_sigma_m: if wrong.stated_m > 0.0 { wrong.stated_m } else { 0.5 },
                     velocity_sigma_mps: 0.1,
                 };
                 level.take(&followed, &Aiding::Range { since_m: [0.0; 2], ship, range_m }, &declared);
@@ -403,6 +427,16 @@ mod tests {
         let [before, after] = [1800, 5400]
             .map(|duration_s| fly(Wrong { ship_m: [60.0, 0.0], ..Wrong::default() }, duration_s).1.horizontal_m);
         assert!(before > 60.0 && after > 60.0, "{before} m, {after} m");
+    }
+
+    /// Antenna, arm and datum of the ship: a level of a ship that states 10 m is as large as they demand, and of one that
+    /// states it no longer it falls.
+    #[test]
+    fn val_what_the_ship_states_of_itself_is_in_the_level() {
+        let [known, vague] =
+            [0.5, 10.0].map(|stated_m| fly(Wrong { stated_m, ..Wrong::default() }, 2700).1.horizontal_m);
+        // 3.7 sigmas of a circle at 1e-3
+        assert!(vague > 30.0 && known < 30.0, "{known} m, {vague} m");
     }
 
     /// Silence costs: without ranges the level grows without end.
