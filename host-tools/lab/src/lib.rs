@@ -18,6 +18,7 @@ mod judge;
 pub mod navigation;
 pub mod packet_navigation;
 pub mod reproduce;
+mod results;
 mod sampled_lqr;
 mod single_logs;
 mod store;
@@ -127,6 +128,12 @@ enum LabCommand {
     WrongRecordings(wrong_recordings::Args),
     /// Whether `diagnose` names and sizes effects of known size that are put into recorded logs
     Injections(injections::Args),
+    /// Which pages of docs/results are older than the code that they show, and the commands that renew them
+    #[command(after_help = "Examples:
+  cargo lab results
+  cargo lab results --renew cost emulation
+  cargo lab results --made thesis                 after its tables were put into the page")]
+    Results(results::Args),
     /// Join the stores of the parts of an ensemble
     #[command(after_help = MERGE_EXAMPLES)]
     Merge(MergeArgs),
@@ -164,6 +171,7 @@ impl Lab {
             LabCommand::SingleLog(arguments) => single_logs::run(arguments),
             LabCommand::WrongRecordings(arguments) => wrong_recordings::run(arguments),
             LabCommand::Injections(arguments) => injections::run(arguments),
+            LabCommand::Results(arguments) => arguments.run(),
             LabCommand::Merge(arguments) => arguments.run(),
         }
     }

@@ -9,9 +9,10 @@ The functions are those of the command ``backseat``, and their numbers are the s
     track = backseat.navigate(log, vehicle=found.vehicle).track
 
 Frames are north-east-down and forward-starboard-down at the centre of gravity; units stand in every name (``depth_m``,
-``heading_rad``). Tables are dictionaries of numpy arrays of one length, NaN where there is no sample, so that
-``pandas.DataFrame(log.columns)`` or ``polars.DataFrame(log.columns)`` makes a data frame of them, and a data frame goes
-back in by ``backseat.Log.from_columns(frame)``. Wrong input raises ``ValueError`` with what is wrong and where.
+``heading_rad``). Tables are dictionaries of numpy arrays of one length, NaN where there is no sample: ``frame()`` of a
+log or a result makes a data frame of pandas of them (``polars.DataFrame(log.columns)`` one of polars), and a data frame
+goes back in by ``backseat.Log.from_columns(frame)``. ``plot()`` draws by matplotlib. Wrong input raises ``ValueError``
+with what is wrong and where, a file that is not there ``FileNotFoundError``.
 """
 
 from __future__ import annotations
@@ -20,17 +21,21 @@ import json
 import os
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Dict, List, Mapping, Optional, Sequence, Tuple, Union
+from typing import TYPE_CHECKING, Any, Dict, List, Mapping, Optional, Sequence, Tuple, Union
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _backseat
 
+if TYPE_CHECKING:
+    import pandas
+    from matplotlib.figure import Figure
+
 __version__: str = _backseat.__version__
 __all__ = [
     "Diagnosis", "Flight", "Identification", "Log", "Navigation", "Vehicle",
-    "diagnose", "identify", "navigate", "read", "simulate",
+    "diagnose", "identify", "map", "navigate", "read", "simulate",
 ]
 
 Table = Dict[str, NDArray[np.float64]]
@@ -39,6 +44,19 @@ PathLike = Union[str, "os.PathLike[str]"]
 
 def _table(columns: Sequence[Tuple[str, bytes]]) -> Table:
     return {name: np.frombuffer(data, dtype="<f8") for name, data in columns}
+
+
+def _frame(table: Table) -> "pandas.DataFrame":
+    import pandas
+
+    return pandas.DataFrame(table)
+
+
+def _figure(count: int, height_in: float) -> Tuple["Figure", Any]:
+    from matplotlib import pyplot
+
+    figure, axes = pyplot.subplots(count, 1, sharex=True, squeeze=False, figsize=(9, height_in), layout="constrained")
+    return figure, axes[:, 0]
 
 
 def _path(path: Optional[PathLike]) -> Optional[str]:
@@ -100,11 +118,30 @@ class Log:
         """``t_s`` and every column that has samples, in the units of their names; NaN where there is none."""
         return _table(self._inner.columns())
 
+    def frame(self) -> "pandas.DataFrame":
+        """Its columns as a data frame; needs pandas."""
+        return _frame(self.columns)
+
+    def plot(self, *names: str) -> "Figure":
+        """Columns against time, each in a plot of its own, all if none is named; needs matplotlib."""
+        columns = self.columns
+        names = names or tuple(columns)[1:]
+        unknown = [name for name in names if name not in columns]
+        if unknown:
+            raise ValueError(f"{unknown[0]}: the log has no samples of it; it has {', '.join(list(columns)[1:])}")
+        figure, axes = _figure(len(names), 1.8 * len(names))
+        for name, ax in zip(names, axes):
+            seen = np.isfinite(columns[name])
+            ax.plot(columns["t_s"][seen], columns[name][seen], ".", markersize=2)
+            ax.set_ylabel(name)
+        axes[-1].set_xlabel("t_s")
+        return figure
+
     def __repr__(self) -> str:
         columns = self.columns
         times = columns["t_s"]
         span = times[-1] - times[0] if len(times) else 0.0
-        return f"<Log {self.path}: {self.format}, {len(times)} rows, {span:.1f} s, {', '.join(list(columns)[1:])}>"
+        return f"<Log {self.path}: {self.format}, {len(times)} rows, {span:.1f} s, {len(columns) - 1} columns>"
 
 
 class Vehicle:
@@ -156,7 +193,7 @@ class Vehicle:
         return f"<Vehicle {self.name}>"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Navigation:
     """What :func:`navigate` gives."""
 
@@ -172,8 +209,32 @@ class Navigation:
         """Whether nothing speaks against the result."""
         return self.summary["trust"] == "ok"
 
+    def frame(self) -> "pandas.DataFrame":
+        """The track as a data frame; needs pandas."""
+        return _frame(self.track)
 
-@dataclass(frozen=True)
+    def plot(self) -> "Figure":
+        """The track, north against east, and its two sigmas against time; needs matplotlib."""
+        from matplotlib import pyplot
+
+        figure, axes = pyplot.subplots(1, 2, figsize=(11, 5), layout="constrained")
+        for name, table in (("forward", self.track), ("smoothed", self.smoothed)):
+            if table is None:
+                continue
+            axes[0].plot(table["y_m"], table["x_m"], label=name)
+            if "sigma_x_m" in table:
+                axes[1].plot(table["t_s"], 2 * np.hypot(table["sigma_x_m"], table["sigma_y_m"]), label=name)
+        axes[0].set(xlabel="east [m]", ylabel="north [m]", aspect="equal", title=f"trust: {self.summary['trust']}")
+        axes[1].set(xlabel="t_s", ylabel="two sigmas of the position [m]")
+        axes[0].legend()
+        return figure
+
+    def __repr__(self) -> str:
+        summary = self.summary
+        return f"<Navigation {summary['configuration']}: {len(self.track['t_s'])} s, trust {summary['trust']}>"
+
+
+@dataclass(frozen=True, repr=False)
 class Identification:
     """What :func:`identify` gives."""
 
@@ -182,8 +243,12 @@ class Identification:
     vehicle: Optional[Vehicle]
     """The vehicle with the identified parameters; ``None`` if no step predicted the held-out data better."""
 
+    def __repr__(self) -> str:
+        found = "nothing better than the prior" if self.vehicle is None else f"vehicle {self.vehicle.name}"
+        return f"<Identification {self.summary['method']}: {found}, trust {self.summary['trust']}>"
 
-@dataclass(frozen=True)
+
+@dataclass(frozen=True, repr=False)
 class Diagnosis:
     """What :func:`diagnose` gives."""
 
@@ -198,8 +263,34 @@ class Diagnosis:
     position_errors: Tuple[Table, Table]
     """``t_s`` and ``error_m`` against fixes or truth, before and after."""
 
+    @property
+    def verdict(self) -> str:
+        """"explained", "none", "unexplained", "undecided" or "implausible"."""
+        return self.summary["verdict"]
 
-@dataclass(frozen=True)
+    def plot(self) -> "Figure":
+        """Position errors and the innovations of every channel, before and after; needs matplotlib."""
+        errors = [table for table in self.position_errors if len(table["t_s"])]
+        figure, axes = _figure(bool(errors) + len(self.residuals), 2.2 * (bool(errors) + len(self.residuals)))
+        for when, table in zip(("before", "after"), self.position_errors):
+            if errors:
+                axes[0].plot(table["t_s"], table["error_m"], label=when)
+        if errors:
+            axes[0].set_ylabel("position error [m]")
+        for (name, table), ax in zip(self.residuals.items(), axes[bool(errors):]):
+            for when in ("before", "after"):
+                ax.plot(table["t_s"], table[when], ".", markersize=2, label=when)
+            ax.set_ylabel(name)
+        axes[0].legend()
+        axes[-1].set_xlabel("t_s")
+        figure.suptitle(self.sentence)
+        return figure
+
+    def __repr__(self) -> str:
+        return f"<Diagnosis {self.verdict}: {self.sentence}>"
+
+
+@dataclass(frozen=True, repr=False)
 class Flight:
     """What :func:`simulate` gives."""
 
@@ -217,6 +308,9 @@ class Flight:
     def truth(self) -> Path:
         """The truth, for ``navigate(..., truth=...)``."""
         return self.folder / "truth.csv"
+
+    def __repr__(self) -> str:
+        return f"<Flight {self.folder}: {self.summary['ending']}>"
 
 
 def _log(log: Union[Log, PathLike, Mapping[str, ArrayLike]]) -> "_backseat.Log":
@@ -239,6 +333,15 @@ def read(path: PathLike, mapping: Optional[PathLike] = None) -> Log:
     ``mapping`` is a file that ``backseat map`` drafts. Look at ``suspicions`` of the result before you use it.
     """
     return Log(_backseat.Log.read(os.fspath(path), _path(mapping)))
+
+
+def map(table: PathLike) -> Dict[str, Any]:
+    """Drafts the column mapping of another maker's table, as ``backseat map``.
+
+    ``map`` of the result is the text: read it, write it to a file, and give that to :func:`read`. ``checks`` says what
+    physics could not prove, ``doubts`` what contradicts, ``unused`` which columns it did not take.
+    """
+    return json.loads(_backseat.map(os.fspath(table)))
 
 
 def navigate(

@@ -11,12 +11,28 @@ mod navigate;
 mod simulate;
 mod vehicle;
 
-use pyo3::exceptions::PyValueError;
+use pyo3::exceptions::{PyFileNotFoundError, PyValueError};
 use pyo3::prelude::*;
+use std::path::PathBuf;
 
 /// The error of a command as Python's.
 fn error(error: impl Into<anyhow::Error>) -> PyErr {
-    PyValueError::new_err(format!("{:#}", error.into()))
+    let error = error.into();
+    let is_missing = |cause: &std::io::Error| cause.kind() == std::io::ErrorKind::NotFound;
+    let text = format!("{error:#}");
+    if error.chain().filter_map(|cause| cause.downcast_ref()).any(is_missing) {
+        PyFileNotFoundError::new_err(text)
+    } else {
+        PyValueError::new_err(text)
+    }
+}
+
+/// A draft of the column mapping of another maker's table: its report as a JSON object.
+#[pyfunction]
+#[pyo3(name = "map")]
+fn draft_map(py: Python<'_>, table: PathBuf) -> PyResult<String> {
+    let draft = py.detach(|| backseat_logs::importers::draft(&table)).map_err(error)?;
+    Ok(backseat_analysis::map::report(&draft, &table, None).to_json())
 }
 
 /// The module.
@@ -25,6 +41,7 @@ fn _backseat(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     module.add_class::<log::Log>()?;
     module.add_class::<vehicle::Vehicle>()?;
+    module.add_function(wrap_pyfunction!(draft_map, module)?)?;
     module.add_function(wrap_pyfunction!(navigate::navigate, module)?)?;
     module.add_function(wrap_pyfunction!(identify::identify, module)?)?;
     module.add_function(wrap_pyfunction!(diagnose::diagnose, module)?)?;

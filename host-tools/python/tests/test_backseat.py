@@ -97,7 +97,6 @@ class Vehicles(unittest.TestCase):
 class WrongInput(unittest.TestCase):
     def test_errors_say_what_is_wrong(self):
         for call, message in [
-            (lambda: backseat.read("no_such.csv"), "no_such.csv"),
             (lambda: backseat.Log.from_columns({"depth_m": [1.0]}), "no column t_s"),
             (lambda: backseat.Log.from_columns({"t_s": [0.0], "depth_ft": [1.0]}), "depth_ft: a vehicle log has no such"),
             (lambda: backseat.Log.from_columns({"t_s": [0.0, 1.0], "depth_m": [1.0]}), "depth_m has 1 values, t_s has 2"),
@@ -111,6 +110,43 @@ class WrongInput(unittest.TestCase):
         ]:
             with self.assertRaisesRegex(ValueError, message):
                 call()
+        for call in (lambda: backseat.read("no_such.csv"), lambda: backseat.navigate("no_such.csv"), lambda: backseat.map("no_such.csv")):
+            with self.assertRaisesRegex(FileNotFoundError, "no_such.csv"):
+                call()
+
+
+class Results(unittest.TestCase):
+    """What a notebook shows of them."""
+
+    def test_a_line_and_figures(self):
+        os.environ["MPLBACKEND"] = "Agg"
+        log = backseat.read(IVER)
+        found = backseat.diagnose(log)
+        navigation = backseat.navigate(DIVE, dvl=False)
+        for result, part in ((log, "columns>"), (navigation, "trust ok>"), (found, f"<Diagnosis {found.verdict}: {found.sentence}>")):
+            self.assertIn(part, repr(result))
+            self.assertLess(len(repr(result)), 200)
+        self.assertEqual(found.verdict, found.summary["verdict"])
+        self.assertEqual(len(log.plot("depth_m", "heading_rad").axes), 2)
+        self.assertEqual(len(navigation.plot().axes), 2)
+        self.assertEqual(len(found.plot().axes), 1 + len(found.residuals))
+        with self.assertRaisesRegex(ValueError, "depth_ft"):
+            log.plot("depth_ft")
+
+    def test_frames(self):
+        log = backseat.read(DIVE)
+        frame = log.frame()
+        self.assertEqual(list(frame.columns), list(log.columns))
+        np.testing.assert_array_equal(backseat.Log.from_columns(frame).columns["depth_m"], log.columns["depth_m"])
+
+    def test_a_draft_of_a_mapping(self):
+        with tempfile.TemporaryDirectory() as folder:
+            table, mapping = Path(folder) / "table.csv", Path(folder) / "map.toml"
+            table.write_text("Time (s),Depth (ft)\n" + "".join(f"{k},{3 + k / 10}\n" for k in range(50)), encoding="utf-8")
+            draft = backseat.map(table)
+            mapping.write_text(draft["map"], encoding="utf-8")
+            depth_m = backseat.read(table, mapping).columns["depth_m"]
+            self.assertAlmostEqual(depth_m[0], 3 * 0.3048)
 
 
 class Notebook(unittest.TestCase):
