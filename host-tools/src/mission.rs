@@ -31,8 +31,8 @@ PORT is the board's host port, with :BAUD behind it where that is not 115200. A 
   corners_m = [[-50.0, -50.0], [200.0, -50.0], [200.0, 80.0], [-50.0, 80.0]]    # [north, east], at most 32
 
   [alert]                    # optional: a protection level beyond these is degraded navigation; 0: none
-  horizontal_m = 40.0
-  depth_m = 3.0
+  horizontal_m = 60.0
+  depth_m = 25.0
 
 The [mission], [fence] and [alert] of a simulator's scenario do as well, lawnmower included.";
 

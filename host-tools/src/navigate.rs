@@ -63,7 +63,7 @@ pub struct Args {
     #[arg(long, default_value = "coast", value_parser = water())]
     water: Area,
     /// One sigma per axis of the slow errors of the receivers of vehicle and ship, m (protection level)
-    #[arg(long, value_name = "M", default_value_t = 0.0, value_parser = length)]
+    #[arg(long, value_name = "M", default_value_t = 1.5, value_parser = length)]
     receiver_bias: f64,
     /// Log of the ship's GNSS (NMEA with RMC and GGA), joined by time
     #[arg(long, value_name = "SHIP.nmea")]

@@ -165,7 +165,7 @@ impl Backseat {
         if self.state.last_step_us.is_some_and(|last_us| now_us <= last_us) {
             return false;
         }
-        let late_us = self.state.last_step_us.map_or(0, |last_us| (now_us - last_us).saturating_sub(STEP_US));
+        let late_us = self.state.last_step_us.map_or(0, |last_us| now_us.saturating_sub(last_us + STEP_US));
         if late_us >= STEP_US {
             let [count, latest_us] = self.state.late;
             let late_us = u32::try_from(late_us).unwrap_or(u32::MAX);

@@ -1,6 +1,6 @@
 //! A session in which the board was reset: the replay starts again with it, from what the board found.
 
-use super::sim::{replay, rewrite};
+use super::sim::{backseat, replay, rewrite};
 use backseat_link::Client;
 use backseat_logs::output::Existing;
 use backseat_logs::session::{Clock, Event, Meta, Writer};
@@ -52,6 +52,17 @@ fn a_session_with_resets_is_the_same_to_the_bit_and_what_it_lacks_is_told() {
     // the flight ends with the mission, which a reset ends
     assert!((1400..2400).contains(&steps), "all but the time without a board: {steps}");
     assert!(said["compared"]["messages"].as_u64().unwrap() > 4000, "{said}");
+
+    // Its tables have one time axis, and the vehicle's log is navigated.
+    let tables = folder.path().join("tables");
+    let (code, _, stderr) = backseat(&["export", path.to_str().unwrap(), "--csv", tables.to_str().unwrap()]);
+    assert_eq!(code, 0, "{stderr}");
+    let log = backseat_logs::Log::read(&tables.join("vehicle_log.csv")).unwrap();
+    // the board was away for 3 s of the last 50: its UTC says so
+    assert!((180.0..242.0).contains(&log.duration_s()), "{} s", log.duration_s());
+    let log = tables.join("vehicle_log.csv");
+    let (code, _, stderr) = backseat(&["navigate", log.to_str().unwrap(), "--no-dvl", "--json", "--force"]);
+    assert!(matches!(code, 0 | 3), "{stderr}");
 
     // Without the starts, as sessions were written before: the first difference has time and record.
     let lacking = folder.path().join("lacking.mcap");

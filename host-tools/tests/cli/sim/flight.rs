@@ -178,6 +178,10 @@ fn bad_input_ends_in_one_clear_line() {
     let (line, code) = complaint(&backseat(&["sim", "run", &range]));
     assert!(line.contains("range.toml:") && line.contains("sound_speed_mps") && code == Some(1), "{line}");
 
+    let leaving = file("leaving.toml", &good.replace("name = \"survey\"", "name = \"../../survey\""));
+    let (line, code) = complaint(&backseat(&["sim", "run", &leaving]));
+    assert!(line.contains("leaving.toml:") && line.contains("a folder is called by it") && code == Some(1), "{line}");
+
     let (line, code) = complaint(&backseat(&["sim", "run", "nowhere.toml"]));
     assert!(line.contains("nowhere.toml") && code == Some(1), "{line}");
 

@@ -132,9 +132,9 @@ impl Account {
         }
     }
 
-    /// What is unknown of some states is more by so much: their variance.
-    pub(super) fn widen(&mut self, states: Range<usize>, variance: f64) {
-        states.for_each(|i| self.p[i][i] += variance);
+    /// The ship's place is known less well, by this variance.
+    pub(super) fn widen_ship(&mut self, variance: f64) {
+        SHIP.for_each(|i| self.p[i][i] += variance);
     }
 
     pub(super) fn predict(&mut self, motion: &Motion, priors: &Priors) {

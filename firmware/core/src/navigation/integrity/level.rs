@@ -309,7 +309,7 @@ impl ProtectionLevel {
         self.ship_m = stated_m;
         let more = stated_m * stated_m - before_m * before_m;
         if more > 0.0 {
-            self.accounts.iter_mut().for_each(|account| account.widen(SHIP, more));
+            self.accounts.iter_mut().for_each(|account| account.widen_ship(more));
         }
     }
 
