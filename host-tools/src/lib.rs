@@ -219,7 +219,7 @@ mod tests {
             ("backseat --minutes 1", "backseat sim run --minutes 1"),
             ("backseat sim", "backseat sim run"),
             ("backseat sim --seed 2", "backseat sim run --seed 2"),
-            ("backseat sim vessel --seed 1", "backseat sim vessel --seed 1"),
+            ("backseat sim dataset --seed 1", "backseat sim dataset --seed 1"),
             ("backseat --help", "backseat --help"),
             ("backseat sim --help", "backseat sim --help"),
             ("backseat navigate log.csv", "backseat navigate log.csv"),

@@ -21,7 +21,6 @@ Examples:
   backseat navigate log.csv.gz --no-dvl --smooth            the track by the measurements of the whole dive
   backseat navigate log.csv.gz --learn next.toml            what it has shown of the vehicle, for the next dive
   backseat navigate log.csv --terms out/proposed_terms.toml    without what `diagnose` proposes of the readings
-  backseat navigate ship.csv --vehicle out/vehicle.toml     a vessel's manoeuvring model (identify), GNSS withheld
   backseat navigate 20221007_120000_survey_Iver2.log        dead reckoning on the vehicle's own log
   backseat navigate table.csv --columns map.toml            a table of any other maker
   backseat navigate dive.log --ship ship.nmea --modem modem.log    what a trial leaves behind, joined by time

@@ -170,7 +170,7 @@ impl Backseat {
             let [count, latest_us] = self.state.late;
             let late_us = u32::try_from(late_us).unwrap_or(u32::MAX);
             self.state.late = [count.saturating_add(1), latest_us.max(late_us)];
-            self.losses.news = true;
+            self.drivers.news = true;
         }
         self.state.last_step_us = Some(now_us);
         if !self.state.configured {

@@ -9,7 +9,6 @@ mod autopilot;
 mod files;
 mod mission;
 mod readings;
-pub mod vessel;
 
 pub use files::{effects_json, write, write_effects};
 pub use mission::{Leg, Shape};

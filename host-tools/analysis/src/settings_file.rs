@@ -26,7 +26,7 @@ const NAMES: [(Kind, &[&str]); 5] = [
     (Kind::Topside, &["ports", "cycle", "modem"]),
     (Kind::Scenario, &["duration_s", "seed", "start", "ship", "environment", "acoustics", "plant"]),
     (Kind::Mission, &["mission", "fence"]),
-    (Kind::Vehicle, &["app", "manoeuvring", "effects"]),
+    (Kind::Vehicle, &["app", "effects"]),
 ];
 
 /// What a file is, facts, and what to do with it.

@@ -3,10 +3,8 @@
 pub use crate::columns::{ACTUATORS, has_actuators};
 use crate::columns::{is_beside, lacking};
 use crate::diagnose::log_kinds;
-use backseat_identify::surge_yaw::SurgeYawData;
 use backseat_logs::Log;
 use backseat_logs::log::Column;
-use backseat_logs::manoeuvring;
 
 /// How a log is navigated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -17,11 +15,6 @@ pub enum Navigation {
     Kinematic,
     /// By summing up heading and speed.
     DeadReckoning,
-}
-
-/// Whether a log holds a vessel with propeller and rudder, and not a whole vehicle.
-pub fn is_vessel(log: &Log) -> bool {
-    manoeuvring::is_in(log) && !(has_actuators(log) && log.rows.iter().any(|row| row.attitude_rad().is_some()))
 }
 
 /// The best way to navigate a log; `None` if the filter may lack what it starts from.
@@ -72,7 +65,6 @@ fn navigate(log: &Log) -> Result<&'static str, String> {
         Some(Navigation::Dynamic) => Ok("by the vehicle's dynamics (robust filter)"),
         Some(Navigation::Kinematic) => Ok("by the kinematic filter: no propeller and fins in the log"),
         Some(Navigation::DeadReckoning) => Ok("by dead reckoning on heading and speed: nothing else in the log"),
-        None if manoeuvring::is_in(log) => Ok("by [manoeuvring] of a vehicle file, which identify writes"),
         None if is_beside(log) => Ok("only beside a vehicle's log, as its ship's, with --ship"),
         None => Err("lacks a velocity: dvl_u_mps, dvl_v_mps, dvl_w_mps with the attitude, or speed_log_mps".to_owned()),
     }
@@ -83,8 +75,9 @@ fn identify(log: &Log) -> Result<&'static str, String> {
     let missing = lacking(log, &[ACTUATORS, WHOLE].concat());
     match missing.as_str() {
         "" => Ok("all parameters of the vehicle"),
-        _ if SurgeYawData::is_in(log) && !log.has(Column::PropRpm) => Ok("surge and yaw, in servo counts"),
-        _ if is_vessel(log) => Ok("surge, sway and yaw of a vessel with propeller and rudder"),
+        _ if log.has(Column::Rudder) => {
+            Err("has its model in the laboratory: cargo lab vessel identify LOG".to_owned())
+        }
         _ => Err(format!("lacks {missing}")),
     }
 }

@@ -3,7 +3,6 @@
 use backseat_core::effects::{EffectSet, ParameterId};
 use backseat_core::state::{X, Y};
 use backseat_logs::log::{Column, Log, LogRow};
-use backseat_logs::manoeuvring::{self, ManoeuvringModel, Reading};
 use backseat_logs::{DataError, Truth};
 
 /// Longest step that is integrated, s: across a longer gap the position stands still.
@@ -72,36 +71,6 @@ pub fn run(log: &Log, method: Method, effects: &EffectSet) -> Result<Vec<Positio
         }));
     }
     Ok(positions)
-}
-
-/// Positions by a manoeuvring model: it moves with the propeller and the rudder along the measured heading, and starts
-/// each run at its first fix; later fixes are withheld.
-///
-/// # Errors
-/// If the log lacks a fix, a heading, or an actuator of the model.
-pub fn by_model(log: &Log, model: &ManoeuvringModel) -> Result<Vec<Position>, DataError> {
-    let fail = |message: String| DataError::file(&log.path, format!("dead reckoning cannot start: {message}"));
-    let mut needed = model.actuators.iter().flatten().chain(&[Column::Heading, Column::GpsX, Column::GpsY]);
-    if let Some(missing) = needed.find(|column| !log.has(**column)) {
-        return Err(fail(format!("no {}", missing.name())));
-    }
-    if manoeuvring::actuators(log) != model.actuators {
-        return Err(fail("the log has other propellers and rudders than [manoeuvring] of the vehicle file".to_owned()));
-    }
-    let start_us = log.rows.first().map_or(0, |row| row.time_us);
-    let mut positions = Vec::new();
-    for (_, run) in manoeuvring::readings(log) {
-        let Some(first) = run.iter().position(|reading| reading.position_m.is_some()) else { continue };
-        let readings = &run[first..];
-        let time_us = |reading: &Reading| start_us + (reading.t_s * 1e6).round() as u64;
-        let track = readings.iter().zip(model.track(readings));
-        positions.extend(track.map(|(reading, position_m)| Position { time_us: time_us(reading), position_m }));
-    }
-    if positions.len() < 2 {
-        Err(fail("no two rows with actuators, heading and a fix before".to_owned()))
-    } else {
-        Ok(positions)
-    }
 }
 
 /// The latest Euler angles; roll and pitch are zero until measured.
@@ -270,31 +239,6 @@ mod tests {
         }
         let end = run(&log, Method::CompassDvl, &EffectSet::NONE).unwrap().last().unwrap().position_m;
         assert!((end[1] - 100.0 * pitch.cos()).abs() < 1e-9); // rounding of 100 sums
-    }
-
-    #[test]
-    fn val_a_model_moves_with_its_propeller_along_the_heading() {
-        let term = |axis: usize, name: &str| {
-            backseat_core::dynamics::planar::terms(axis, [1, 1]).position(|term| term.name == name).unwrap()
-        };
-        let of = |name, value| manoeuvring::Coefficient { axis: 0, term: term(0, name), value, ci95: None };
-        let actuators = [vec![Column::PropRpm], vec![Column::Rudder]];
-        let mut model = ManoeuvringModel { actuators, coefficients: vec![of("uu", -0.1), of("nn", 0.001)] };
-        let mut log = eastward();
-        for row in &mut log.rows {
-            // 10 rps: 1 m/s when 0.1 u² is 0.001 n²
-            row.set(Column::PropRpm, 600.0).set(Column::Rudder, 0.0);
-            row.set_all(Column::DvlU, &[f64::NAN; 3]);
-        }
-        let positions = by_model(&log, &model).unwrap();
-        let errors = errors_against_fixes(&positions, &log);
-        // it starts at the speed of its fixes, 50 s apart: none; 1 m/s is reached with a time constant of 5 s
-        let [north, east] = positions.last().unwrap().position_m;
-        assert_eq!(errors.len(), 2);
-        assert!((north - 5.0).abs() < 1e-9 && (93.0..=100.0).contains(&east), "{north} {east}");
-        model.actuators[1].clear();
-        assert!(by_model(&log, &model).unwrap_err().to_string().contains("other propellers and rudders"));
-        assert!(by_model(&Log::default(), &model).unwrap_err().to_string().contains("no prop_rpm"));
     }
 
     #[test]

@@ -11,9 +11,9 @@
 //! validation        open-loop prediction, held-out comparison        automatic     tries them, each step on held-out data
 //! declared_effects  effects of the vehicle file, removed first
 //! estimate          the result of a method                           excitation    what the motion shows of each parameter
-//! learnt            the covariance as a robust filter's prior         surge_yaw     logs in servo counts: surge and yaw only
+//! learnt            the covariance as a robust filter's prior
 //! options, method   settings, and one entrance to all methods        plan          the mission with most information
-//! timing            when fins and propeller follow their commands     manoeuvring   vessels with propellers and rudders
+//! timing            when fins and propeller follow their commands
 //! ```
 
 pub mod aid;
@@ -25,7 +25,6 @@ mod excitation;
 pub mod identifier;
 pub mod instrumental;
 mod learnt;
-pub mod manoeuvring;
 mod method;
 mod options;
 pub mod output_error;
@@ -35,7 +34,6 @@ mod sample;
 pub mod short_runs;
 pub mod simulation;
 pub mod smoothing;
-pub mod surge_yaw;
 pub mod timing;
 pub mod validation;
 

@@ -10,6 +10,7 @@ use crate::closed_loop::{self, ClosedLoop, DEPTH_M, SPEED_MPS, STEP_US, across_m
 use crate::ensemble::all_runs;
 use crate::intervals::with_interval;
 use crate::store::{Key, version};
+use crate::wrap::wrapped;
 use anyhow::{Context, anyhow};
 use backseat_core::control::{ControlConfig, ControlLaw};
 use backseat_core::dynamics::{VehicleModel, VehicleParameters};
@@ -18,7 +19,7 @@ use backseat_core::navigation::{Navigator, StateParameter};
 use backseat_core::state::{PHI, U, VehicleState, Z};
 use backseat_estimation::filter::FilterOptions;
 use backseat_report::console;
-use backseat_report::markdown::{markdown_table, wrapped};
+use backseat_report::markdown::markdown_table;
 use hil_sim::scenario::{Effect, Scenario, perturbed};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};

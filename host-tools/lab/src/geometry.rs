@@ -2,6 +2,7 @@
 
 use crate::ensemble::all_runs;
 use crate::store::{Key, nan, version};
+use crate::wrap::wrapped;
 use crate::{EnsembleArgs, flights};
 use anyhow::Context;
 use backseat_analysis::flight_score;
@@ -10,7 +11,7 @@ use backseat_estimation::filter::{self, FilterOptions};
 use backseat_logs::Truth;
 use backseat_logs::stats::{ErrorSummary, mean, median};
 use backseat_report::console;
-use backseat_report::markdown::{markdown_table, wrapped};
+use backseat_report::markdown::markdown_table;
 use hil_sim::flight::FlightLog;
 use hil_sim::scenario::{Scenario, Ship, ShipTrack};
 use nalgebra::{Matrix2, Vector2};

@@ -17,11 +17,15 @@ mod intervals;
 mod judge;
 pub mod navigation;
 pub mod packet_navigation;
+mod partial;
 pub mod reproduce;
 mod results;
 mod sampled_lqr;
+mod servo_counts;
 mod single_logs;
 mod store;
+pub mod vessel;
+mod wrap;
 mod wrong_recordings;
 
 use backseat_report::console;
@@ -122,8 +126,13 @@ enum LabCommand {
     Faults(fault_table::Args),
     /// A planned identification mission against a lawnmower and open-loop inputs
     Plan(identification::PlanArgs),
-    /// Diagnose the log of a glider, a pinger, transponders or a pair of thrusters: models of one public log each
+    /// Diagnose the log of a glider, a pinger, transponders, a pair of thrusters or a ship: models of one public log each
     SingleLog(single_logs::Args),
+    /// Surge and yaw of an Iver's mission log, in servo counts
+    ServoCounts(servo_counts::Args),
+    /// A ship's model with propeller and rudder on the surface, simulated, identified and navigated
+    #[command(subcommand)]
+    Vessel(vessel::Command),
     /// Whether a log that is recorded wrongly is told, and one that is recorded rightly is not
     WrongRecordings(wrong_recordings::Args),
     /// Whether `diagnose` names and sizes effects of known size that are put into recorded logs
@@ -169,6 +178,8 @@ impl Lab {
             LabCommand::Faults(arguments) => fault_table::run(arguments),
             LabCommand::Plan(arguments) => arguments.run(),
             LabCommand::SingleLog(arguments) => single_logs::run(arguments),
+            LabCommand::ServoCounts(arguments) => servo_counts::run(arguments),
+            LabCommand::Vessel(command) => command.run(),
             LabCommand::WrongRecordings(arguments) => wrong_recordings::run(arguments),
             LabCommand::Injections(arguments) => injections::run(arguments),
             LabCommand::Results(arguments) => arguments.run(),

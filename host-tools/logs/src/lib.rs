@@ -8,7 +8,6 @@ pub mod error;
 pub mod importers;
 pub mod kinds;
 pub mod log;
-pub mod manoeuvring;
 pub mod output;
 pub mod plausible_noise;
 pub mod session;
@@ -19,6 +18,5 @@ pub mod vehicle_file;
 
 pub use error::DataError;
 pub use log::{Column, Log, LogRow, LogWriter, STATE_COLUMNS, Truth, TruthRow, TruthWriter};
-pub use manoeuvring::ManoeuvringModel;
 pub use short_runs::ShortRuns;
 pub use vehicle_file::{BoardFile, BoardParameter, VehicleEffects, VehicleFile, parameters_page};

@@ -4,7 +4,7 @@ use crate::error;
 use crate::log::Log;
 use crate::vehicle::Vehicle;
 use anyhow::anyhow;
-use backseat_analysis::identify::{Identified, SCALES, Settings};
+use backseat_analysis::identify::{IdentificationResult, SCALES, Settings};
 use backseat_identify::Method;
 use pyo3::prelude::*;
 
@@ -32,8 +32,12 @@ pub fn identify(
         current,
     };
     let compute = || -> anyhow::Result<_> {
-        let found =
-            Identified::of(&log.read, vehicle.map(|vehicle| &vehicle.file), validate.map(|log| &log.read), &settings)?;
+        let found = IdentificationResult::of(
+            &log.read,
+            vehicle.map(|vehicle| &vehicle.file),
+            validate.map(|log| &log.read),
+            &settings,
+        )?;
         let report = found.report().file("vehicle_file", None).file("report", None);
         let vehicle = found.vehicle().map(|(file, _)| Vehicle { file: file.clone() });
         Ok((report.to_json(), vehicle, wants_page.then(|| report.html())))

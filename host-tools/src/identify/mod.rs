@@ -5,8 +5,7 @@ mod plan;
 use crate::log_input::{LogInput, explain_failure, is_admitted};
 use crate::outcome::Outcome;
 use crate::output::{Output, make_folder_of};
-use anyhow::bail;
-use backseat_analysis::identify::{Identified, SCALES, Settings, surge_yaw};
+use backseat_analysis::identify::{IdentificationResult, SCALES, Settings};
 use backseat_analysis::read_log::ReadLog;
 use backseat_core::identification::Scale;
 use backseat_identify::Method;
@@ -19,21 +18,18 @@ Examples:
   backseat identify log.csv.gz                                       automatic method, built-in vehicle as prior
   backseat identify log.csv --method aid --vehicle prior.toml --out identified.toml
   backseat identify log.csv --validate other.csv --report out        judged on another log, out/report.html
-  backseat identify iver_mission.log                                 surge and yaw of a log in servo counts
-  backseat identify ship.csv --report out                            a vessel's log with propeller and rudder: surge, sway, yaw
   backseat identify table.csv --columns map.toml                     a table of any other maker
   backseat identify --plan mission.toml --duration 1800              the mission with most information about the vehicle
 
 The log needs prop_rpm, fin_{top,bottom,port,starboard}_rad, roll_rad, pitch_rad, heading_rad, p_radps, q_radps, r_radps
 and dvl_{u,v,w}_mps. DVL velocity is over ground: state the water current (--current, or [effects] of the vehicle
-file), or identify in still water. Of a vessel on the surface: prop_rpm (or commands of thrusters), rudder_rad,
-heading_rad, and dvl_u_mps, dvl_v_mps, r_radps or the positions gps_x_m, gps_y_m.";
+file), or identify in still water.";
 
 /// Identify the vehicle's parameters from a log
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Args {
-    /// Vehicle log, .csv or .csv.gz, or an Iver UVC mission log with servo counts
+    /// Vehicle log, .csv or .csv.gz
     #[arg(required_unless_present = "plan")]
     log: Option<PathBuf>,
     #[command(flatten)]
@@ -106,16 +102,10 @@ fn write(
     other: Option<&ReadLog>,
     vehicle_path: Option<PathBuf>,
 ) -> anyhow::Result<Outcome> {
-    if args.out.is_some() && surge_yaw::is_for(&read.log) {
-        bail!(
-            "{}: --out is not possible: surge and yaw in servo counts do not determine a vehicle file",
-            read.log.path.display()
-        );
-    }
     let declared = args.vehicle.as_ref().map(|path| VehicleFile::read(path)).transpose()?;
     let Args { method, scale, cross_drag, ref current, .. } = *args;
     let settings = Settings { method, scale, cross_drag, current: current.clone() };
-    let found = Identified::of(read, declared.as_ref(), other, &settings)?;
+    let found = IdentificationResult::of(read, declared.as_ref(), other, &settings)?;
     // a file that repeats the declared vehicle would be taken for a result
     let vehicle_path = vehicle_path.filter(|_| found.vehicle().is_some());
     if let (Some(path), Some((vehicle, source))) = (&vehicle_path, found.vehicle()) {

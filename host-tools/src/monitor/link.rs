@@ -1,8 +1,8 @@
 //! The host port, through unplugging and replugging.
 
 use anyhow::Context;
-use backseat_link::board::{HostPort, PortName};
-use backseat_link::{BackseatError, Ports, Pty};
+use backseat_link::board::PortName;
+use backseat_link::{BackseatError, Ports, Pty, Serial};
 use backseat_wire::hostlink::{MAX_FRAME, Port, ToBoard, encode};
 use std::io::ErrorKind;
 
@@ -17,8 +17,8 @@ pub enum News {
 }
 
 /// The port, with bytes that arrived before discarded.
-fn fresh(name: &PortName) -> anyhow::Result<HostPort> {
-    let port = HostPort::open(name)?;
+fn fresh(name: &PortName) -> anyhow::Result<Serial> {
+    let port = Serial::host(name)?;
     port.discard()?;
     Ok(port)
 }
@@ -26,7 +26,7 @@ fn fresh(name: &PortName) -> anyhow::Result<HostPort> {
 /// A port that comes back, and that other commands can use meanwhile.
 pub struct Link {
     name: PortName,
-    port: Option<HostPort>,
+    port: Option<Serial>,
     retry_us: u64,
     shared: Shared,
 }

@@ -57,7 +57,7 @@ pub struct Args {
     json: bool,
 }
 
-pub(super) fn noise(text: &str) -> Result<NoiseKind, String> {
+fn noise(text: &str) -> Result<NoiseKind, String> {
     match text {
         "white" => Ok(NoiseKind::White),
         "coloured" => Ok(NoiseKind::Coloured),

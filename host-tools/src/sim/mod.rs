@@ -2,7 +2,6 @@
 
 mod dataset;
 mod run;
-mod vessel;
 
 use crate::outcome::Outcome;
 use anyhow::{Context, anyhow};
@@ -16,8 +15,6 @@ pub enum Simulation {
     Run(run::Args),
     /// Make the log of a vehicle with undeclared effects; the truth goes to a folder of its own
     Dataset(dataset::Args),
-    /// Make the log of a ship's model with propeller and rudder on the surface
-    Vessel(vessel::Args),
 }
 
 impl Simulation {
@@ -25,7 +22,6 @@ impl Simulation {
         match self {
             Self::Run(arguments) => run::run(arguments),
             Self::Dataset(arguments) => dataset::run(arguments).map(Outcome::from),
-            Self::Vessel(arguments) => vessel::run(arguments).map(Outcome::from),
         }
     }
 }

@@ -3,7 +3,7 @@
 use crate::harness::{self, text};
 use backseat_core::dynamics::Attitude;
 use backseat_lab::experiment::{Experiment, wrong_prior};
-use backseat_logs::{Column, LogRow, LogWriter, VehicleFile};
+use backseat_logs::{Column, LogWriter, VehicleFile};
 use nalgebra::Vector3;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
@@ -130,72 +130,4 @@ fn what_a_log_lacks_is_named() {
     assert_eq!(output.status.code(), Some(1));
     assert!(text(&output.stderr).contains("roll_rad"), "{}", text(&output.stderr));
     assert_eq!(backseat(folder.path(), &[]).status.code(), Some(2));
-}
-
-#[test]
-fn a_log_in_servo_counts_gives_surge_and_yaw() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let columns = [Column::SpeedLog, Column::Heading, Column::PropCount, Column::YawFinCount];
-    let mut log = LogWriter::with_columns(&folder.path().join("log.csv"), &columns).expect("a log");
-    let (mut u, mut psi, mut r) = (0.5_f64, 0.0_f64, 0.0_f64);
-    for k in 0..900_u32 {
-        let t = f64::from(k);
-        let (motor, rudder) = (35.0 + 15.0 * (t / 60.0).sin().signum(), 40.0 * (t / 9.0).sin());
-        let mut row = LogRow::new(u64::from(k) * 1_000_000);
-        row.set(Column::SpeedLog, u).set(Column::Heading, psi);
-        row.set(Column::PropCount, motor).set(Column::YawFinCount, rudder);
-        log.write(&row).expect("written");
-        for _ in 0..10 {
-            u += 0.1 * (6.0e-5 * motor * motor - 0.12 * u * u);
-            r += 0.1 * (-(0.2 + 0.4 * u) * r - 3.0e-3 * u * u * (rudder - 6.0));
-            psi += 0.1 * r;
-        }
-    }
-    log.finish().expect("written");
-    let output = backseat(folder.path(), &["log.csv", "--json"]);
-    assert!(output.status.success(), "{}", text(&output.stderr));
-    let json: Value = serde_json::from_slice(&output.stdout).expect("one JSON object");
-    let value = |name: &str| json["parameters"][name]["value"].as_f64().expect("a number");
-    // The log's own Euler steps are coarser than the model's.
-    assert!((value("surge_thrust_per_count2") / 6.0e-5 - 1.0).abs() < 0.1, "{json}");
-    assert!((value("yaw_per_count") / -3.0e-3 - 1.0).abs() < 0.1, "{json}");
-    assert!(json["validation"]["u_mps"].as_f64().expect("a number") < 0.02, "{json}");
-    assert!(json["validation"]["v_mps"].is_null());
-}
-
-/// A vessel's log from the simulator goes through identification and navigation; its model is in the vehicle file.
-#[test]
-fn a_vessel_is_identified_and_navigated() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let run = |arguments: &[&str]| {
-        let output = harness::backseat(folder.path(), arguments);
-        assert!(output.status.success(), "{arguments:?}: {}", text(&output.stderr));
-        text(&output.stdout)
-    };
-    run(&["sim", "vessel", "--seed", "1", "--minutes", "30", "--no-velocities", "--out", "ship"]);
-    assert!(run(&["info", "ship/log.csv"]).contains("identify   yes: surge, sway and yaw of a vessel"));
-    let json = run(&["identify", "ship/log.csv", "--report", "out", "--json"]);
-    let json: Value = serde_json::from_str(&json).expect("one JSON object");
-    assert_eq!(json["method"], "manoeuvring");
-    // drag opposes and thrust drives
-    assert!(json["parameters"]["surge_uu"]["value"].as_f64() < Some(0.0), "{json}");
-    assert!(json["parameters"]["surge_nn"]["value"].as_f64() > Some(0.0), "{json}");
-    let thirty = &json["predictions"][2];
-    let errors =
-        ["heading_rms_deg", "heading_if_the_rate_stays_deg"].map(|key| thirty[key].as_f64().expect("a number"));
-    assert!(thirty["horizon_s"] == 30.0 && errors[0] < 0.5 * errors[1], "{thirty}");
-    let vehicle = std::fs::read_to_string(folder.path().join("out/vehicle.toml")).expect("written");
-    assert!(vehicle.contains("[manoeuvring.surge]") && folder.path().join("out/report.html").exists(), "{vehicle}");
-    let json = run(&[
-        "navigate",
-        "ship/log.csv",
-        "--vehicle",
-        "out/vehicle.toml",
-        "--truth",
-        "ship/truth/truth.csv",
-        "--json",
-    ]);
-    let json: Value = serde_json::from_str(&json).expect("one JSON object");
-    // five minutes of a vessel of 1 m/s without a fix: some percent of its way
-    assert!(json["error_against"] == "truth" && json["error"]["p95_m"].as_f64() < Some(20.0), "{json}");
 }

@@ -14,7 +14,6 @@ mod drag;
 mod fins;
 mod kinematics;
 mod linearisation;
-pub mod planar;
 mod propeller;
 mod restoring;
 

@@ -2,7 +2,7 @@
 
 use crate::columns::{has_actuators, is_beside, lacking};
 use anyhow::bail;
-use backseat_diagnose::log_models::{LogModelDiagnosis, dead_reckoning, planar_manoeuvring, reference_velocity};
+use backseat_diagnose::log_models::{LogModelDiagnosis, dead_reckoning, reference_velocity};
 use backseat_diagnose::torpedo;
 use backseat_logs::log::Column;
 use backseat_logs::{Log, Truth, VehicleFile};
@@ -27,30 +27,20 @@ pub struct Kind {
 }
 
 /// Those of every user.
-const KINDS: [Kind; 2] = [
-    Kind {
-        is_for: reference_velocity::is_for,
-        how: "the DVL against a reference velocity",
-        what: "a reference velocity",
-        needs: "60 DVL velocities inside runs of the reference velocity with attitude, and at most 24 runs",
-        is_of_sensors: true,
-        run: reference_velocity::run,
-    },
-    Kind {
-        is_for: planar_manoeuvring::is_for,
-        how: "against a manoeuvring model of hull, propeller and rudder",
-        what: "a manoeuvring vessel",
-        needs: "30 windows under way, each half the time that the vessel takes for its own length, and at most 24 runs \
-                of 8 windows or more",
-        is_of_sensors: true,
-        run: planar_manoeuvring::run,
-    },
-];
+const KINDS: [Kind; 1] = [Kind {
+    is_for: reference_velocity::is_for,
+    how: "the DVL against a reference velocity",
+    what: "a reference velocity",
+    needs: "60 DVL velocities inside runs of the reference velocity with attitude, and at most 24 runs",
+    is_of_sensors: true,
+    run: reference_velocity::run,
+}];
 
-/// Logs whose models are in the laboratory: ballast of a glider, round trips to transponders, a pair of thrusters, the
-/// arrivals of a pinger with a clock of its own.
+/// Logs whose models are in the laboratory: ballast of a glider, round trips to transponders, a pair of thrusters, a
+/// ship's rudder and its motion, the arrivals of a pinger with a clock of its own.
 fn is_of_laboratory(log: &Log) -> bool {
     [Column::Ballast, Column::TwoWayTime, Column::ThrusterLeft].into_iter().any(|column| log.has(column))
+        || [Column::Rudder, Column::DvlU, Column::R].into_iter().all(|column| log.has(column))
         || log.has(Column::Toa) && !log.has(Column::Tol) && !log.has(Column::Range)
 }
 

@@ -1,15 +1,9 @@
 //! A vehicle's parameters from its log: `backseat identify`.
 
-pub mod manoeuvring;
-mod partial;
 pub mod plan;
 mod report;
-pub mod surge_yaw;
-
-pub use partial::Partial;
 
 use crate::read_log::{ReadLog, file_name};
-use crate::uses;
 use anyhow::{Context, anyhow, bail};
 use backseat_core::effects::{EffectSet, water_current};
 use backseat_core::identification::Scale;
@@ -107,16 +101,8 @@ impl IdentificationResult {
     }
 }
 
-/// What was identified.
-pub enum Identified {
-    /// All parameters of the vehicle.
-    Whole(Box<IdentificationResult>),
-    /// Some motions of a vehicle whose full dynamics the log does not hold.
-    Part(Box<Partial>),
-}
-
-impl Identified {
-    /// Identifies what a log shows, without a vehicle from the built-in reference; judged on the other log, or on the
+impl IdentificationResult {
+    /// Identifies the vehicle of a log, without a vehicle from the built-in reference; judged on the other log, or on the
     /// last part of the same.
     ///
     /// # Errors
@@ -127,39 +113,22 @@ impl Identified {
         other: Option<&ReadLog>,
         settings: &Settings,
     ) -> anyhow::Result<Self> {
-        let declared = declared.cloned().unwrap_or_else(VehicleFile::reference);
-        let part = |found| Self::Part(Box::new(found));
-        if surge_yaw::is_for(&read.log) {
-            surge_yaw::identify(read, other, &declared).map(part)
-        } else if uses::is_vessel(&read.log) {
-            manoeuvring::identify(read, other, declared).map(part)
-        } else {
-            compute(read, declared, other, settings).map(|found| Self::Whole(Box::new(found)))
-        }
+        compute(read, declared.cloned().unwrap_or_else(VehicleFile::reference), other, settings)
     }
 
     /// The vehicle with what was found, and the first lines of its file; `None` if it is as it was declared.
     pub fn vehicle(&self) -> Option<(&VehicleFile, String)> {
-        match self {
-            Self::Whole(found) => (found.is_changed && !found.is_useless).then(|| (&found.identified, found.source())),
-            Self::Part(found) => found.vehicle.as_ref().map(|vehicle| (vehicle, found.source(vehicle))),
-        }
+        (self.is_changed && !self.is_useless).then(|| (&self.identified, self.source()))
     }
 
     /// Whether the result is not to be trusted.
     pub fn is_doubtful(&self) -> bool {
-        match self {
-            Self::Whole(found) => !found.is_changed || found.is_useless || !found.doubts.is_empty(),
-            Self::Part(found) => !found.doubts.is_empty(),
-        }
+        !self.is_changed || self.is_useless || !self.doubts.is_empty()
     }
 
     /// The report, but for the files that are written.
     pub fn report(&self) -> Report {
-        match self {
-            Self::Whole(found) => report::report(found),
-            Self::Part(found) => found.report(),
-        }
+        report::report(self)
     }
 }
 

@@ -17,7 +17,7 @@ use backseat_estimation::filter::{self, FilterOptions, Health, ShipSource};
 use backseat_estimation::inputs;
 use backseat_logs::plausible_noise::{Carrier, most_position_error_m};
 use backseat_logs::stats::rms;
-use backseat_logs::{Log, ManoeuvringModel, Truth, VehicleFile};
+use backseat_logs::{Log, Truth, VehicleFile};
 use backseat_report::console::Progress;
 pub use report::report;
 pub use result::{Against, Errors, Estimate, NavigationResult};
@@ -74,7 +74,6 @@ impl FromStr for Model {
 enum Plan {
     Filter(Box<FilterOptions>),
     DeadReckoning(Method),
-    Manoeuvring(ManoeuvringModel),
 }
 
 /// Takes effects of sensors and proposed terms out of the readings at the centre of gravity; notes which terms do not
@@ -138,16 +137,6 @@ pub fn compute<'a>(
 }
 
 fn plan(settings: &Settings, log: &Log, vehicle: &VehicleFile, notes: &mut Vec<String>) -> Plan {
-    if let (None, Some(model)) = (settings.model, &vehicle.manoeuvring)
-        && uses::navigation(log) != Some(Navigation::Dynamic)
-    {
-        notes.push(
-            "the vehicle file has [manoeuvring]: dead reckoning by propeller, rudder and heading, GNSS withheld after the \
-             first fix of each run"
-                .to_owned(),
-        );
-        return Plan::Manoeuvring(model.clone());
-    }
     let model = match (settings.model, uses::navigation(log)) {
         (Some(model), _) => model,
         (None, Some(Navigation::Dynamic)) => Model::Robust,
@@ -192,7 +181,6 @@ fn estimate(plan: &Plan, log: &Log, vehicle: &VehicleFile) -> anyhow::Result<Est
         Plan::DeadReckoning(method) => {
             Estimate::DeadReckoning(dead_reckoning::run(log, *method, &vehicle.effects.set)?)
         }
-        Plan::Manoeuvring(model) => Estimate::DeadReckoning(dead_reckoning::by_model(log, model)?),
         Plan::Filter(options) => {
             let progress = Progress::new("filter", log.rows.len());
             let run = filter::run_with_progress(log, vehicle, options, |row| progress.set(row))?;
@@ -238,7 +226,6 @@ fn beyond_drift(estimate: &Estimate, errors: &[(u64, f64)], vehicle: &VehicleFil
 fn describe(is_declared: bool, plan: &Plan, vehicle: &VehicleFile) -> String {
     match plan {
         Plan::DeadReckoning(_) => "dead reckoning on logged heading and speed".to_owned(),
-        Plan::Manoeuvring(_) => "dead reckoning by the vessel's manoeuvring model and its heading".to_owned(),
         Plan::Filter(options) => {
             let model = match options.navigation.process_model {
                 ProcessModel::Dynamic if options.is_robust() => "robust dynamic model",

@@ -5,7 +5,7 @@ use backseat_core::effects::ParameterKind;
 use backseat_logs::stats::Z_95;
 
 /// Most runs of one table.
-pub(super) const MOST_RUNS: usize = 24;
+pub const MOST_RUNS: usize = 24;
 
 macro_rules! names {
     ($what:literal) => {
@@ -19,7 +19,7 @@ macro_rules! names {
 /// Names of the runs' delays.
 pub(super) const DELAYS: [&str; MOST_RUNS] = names!("s");
 /// Names of the runs' winds.
-pub(super) const WINDS: [[&str; MOST_RUNS]; 2] = [names!("north_mps"), names!("east_mps")];
+pub const WINDS: [[&str; MOST_RUNS]; 2] = [names!("north_mps"), names!("east_mps")];
 
 /// A fitted size with its interval.
 #[must_use]

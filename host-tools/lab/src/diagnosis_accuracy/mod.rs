@@ -13,10 +13,10 @@ mod verdicts;
 
 use crate::ensemble::{PartArgs, Progressed, run_and_keep};
 use crate::store::{Key, Store};
+use crate::wrap::wrapped;
 use anyhow::{Context, bail};
 use backseat_logs::output::{self, Existing};
 use backseat_report::console;
-use backseat_report::markdown::wrapped;
 use page::Page;
 use plan::Class;
 use run::DiagnosedLog;

@@ -1,10 +1,10 @@
 //! `cargo lab faults`: the fault table.
 
 use super::{JudgedFlight, Row, Summary, drawn, drawn_markdown, fly, markdown, rows, share, ship_of, to_json};
+use crate::wrap::wrapped;
 use anyhow::{Context, bail};
 use backseat_link::{Client, Ports};
 use backseat_report::console::Progress;
-use backseat_report::markdown::wrapped;
 use hil_sim::backseat::{InProcess, Qemu, build_image};
 use hil_sim::faults::Board;
 use hil_sim::flight;

@@ -3,7 +3,8 @@
 use super::Done;
 use super::score::Scored;
 use crate::intervals::Share;
-use backseat_report::markdown::{markdown_table, wrapped};
+use crate::wrap::wrapped;
+use backseat_report::markdown::markdown_table;
 use serde_json::{Value, json};
 use std::fmt::Write as _;
 

@@ -3,8 +3,9 @@
 use super::classes::CLASSES;
 use super::watch::{Bound, Judged};
 use super::{Args, Which};
+use crate::wrap::wrapped;
 use backseat_logs::stats::{median, wilson_ci95};
-use backseat_report::markdown::{markdown_table, wrapped};
+use backseat_report::markdown::markdown_table;
 use backseat_report::plots;
 use serde_json::json;
 use std::collections::BTreeMap;

@@ -12,8 +12,8 @@ mod table;
 
 use crate::ensemble::{PartArgs, Progressed, run_and_keep};
 use crate::store::{Key, Store, version};
+use crate::wrap::wrapped;
 use anyhow::{Context, bail};
-use backseat_report::markdown::wrapped;
 use cases::{CASES, MissionCase};
 use run::MissionRun;
 use std::path::PathBuf;

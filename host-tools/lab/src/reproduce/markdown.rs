@@ -2,7 +2,8 @@
 
 use super::ensemble::{ItemRuns, Verdict};
 use super::text::{grid, seeds, summary};
-use backseat_report::markdown::{markdown_table, wrapped};
+use crate::wrap::wrapped;
+use backseat_report::markdown::markdown_table;
 use std::fmt::Write as _;
 
 const INTRODUCTION: &str = "\

@@ -6,11 +6,13 @@
 //! | `pinger` | arrivals of a pinger with a clock of its own |
 //! | `thruster` | a surface vehicle with two thrusters |
 //! | `transponders` | two-way travel times to transponders on the sea floor |
+//! | `vessel` | a ship's model with propeller and rudder, in wind |
 
 mod glider;
 mod pinger;
 mod thruster;
 mod transponders;
+mod vessel;
 
 use backseat_analysis::diagnose::log_kinds::Kind;
 use backseat_analysis::diagnose::{Files, compute_with, report};
@@ -21,7 +23,7 @@ use backseat_logs::output::{Existing, write};
 use backseat_report::console;
 use std::path::PathBuf;
 
-const KINDS: [Kind; 4] = [
+const KINDS: [Kind; 5] = [
     Kind {
         is_for: pinger::is_for,
         how: "pseudo-ranges of a pinger with its own clock",
@@ -48,6 +50,15 @@ const KINDS: [Kind; 4] = [
         run: thruster::run,
     },
     Kind {
+        is_for: vessel::is_for,
+        how: "against a manoeuvring model of hull, propeller and rudder",
+        what: "a manoeuvring vessel",
+        needs: "30 windows under way, each half the time that the vessel takes for its own length, and at most 24 runs \
+                of 8 windows or more",
+        is_of_sensors: true,
+        run: vessel::run,
+    },
+    Kind {
         is_for: glider::is_for,
         how: "against a steady glide",
         what: "a glider's log",
@@ -63,7 +74,7 @@ const KINDS: [Kind; 4] = [
   cargo lab single-log glider_flight.csv --with glider_ctd.csv
   cargo lab single-log ranges.csv --with transponders.csv --report ranges.html")]
 pub struct Args {
-    /// Log of a glider, of a pinger, of travel times to transponders, of a pair of thrusters
+    /// Log of a glider, of a pinger, of travel times to transponders, of a pair of thrusters, of a ship
     log: PathBuf,
     /// A second log of the same time base, joined to the first; may be repeated
     #[arg(long, value_name = "LOG2")]

@@ -1,8 +1,8 @@
 //! Logs that the bench is run on: simulated ones by seed, recorded ones by path.
 
+use crate::vessel::ship::{self, Voyage};
 use anyhow::Context as _;
 use backseat_logs::{Log, VehicleFile, importers};
-use hil_sim::dataset::vessel::{self, Voyage};
 use hil_sim::dataset::{self, Shape, Spec};
 use hil_sim::noise::NoiseKind;
 use hil_sim::rng::{Source, Stream};
@@ -84,7 +84,7 @@ pub fn clean(kind: Clean, seed: u64) -> anyhow::Result<(String, Log)> {
     if kind == Clean::Vessel {
         let wind_mps = if has_current { [4.0, -3.0] } else { [0.0; 2] };
         let voyage = Voyage { duration_s: duration_s.max(1200.0), velocities: dvl, wind_mps, noise: true };
-        return Ok((format!("ship, {voyage:?}"), vessel::simulate(&voyage, seed).log));
+        return Ok((format!("ship, {voyage:?}"), ship::simulate(&voyage, seed).0));
     }
     let effect = match kind {
         Clean::WithEffect => Some(Request::Random),

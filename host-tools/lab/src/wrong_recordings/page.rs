@@ -2,7 +2,8 @@
 
 use super::judge::{Judged, Verdict};
 use super::logs::Clean;
-use backseat_report::markdown::{markdown_table, wrapped};
+use crate::wrap::wrapped;
+use backseat_report::markdown::markdown_table;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;

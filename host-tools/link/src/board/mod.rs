@@ -5,10 +5,10 @@ mod port;
 mod refusal;
 
 pub use declared::{Declared, Effect, number};
-pub use port::{HostPort, PortName};
+pub use port::PortName;
 pub use refusal::{mode_reason, reason};
 
-use crate::{BackseatError, Client, printable};
+use crate::{BackseatError, Client, Serial, printable};
 use anyhow::{Context, anyhow, bail};
 use backseat_core::control::mission::MAX_WAYPOINTS;
 use backseat_core::parameters::Inconsistent;
@@ -38,7 +38,7 @@ pub struct Identity {
 
 /// A board that answers.
 pub struct Board {
-    client: Client<HostPort>,
+    client: Client<Serial>,
     port: PortName,
     /// Who answered.
     pub identity: Identity,
@@ -55,7 +55,7 @@ impl Board {
     /// Opens the port and waits until what comes in is the answer to what was asked: whatever an earlier program
     /// left unread on the line comes before it.
     pub fn connect(port: &PortName) -> anyhow::Result<Self> {
-        let mut client = Client::new(HostPort::open(port)?);
+        let mut client = Client::new(Serial::host(port)?);
         let moment = SystemTime::UNIX_EPOCH.elapsed().map_or(0, |elapsed| elapsed.subsec_micros() as u16);
         let nonce = FIRST_NONCE | moment;
         let mut hello = None;

@@ -4,13 +4,11 @@
 //! `[noise]`, `[sensors]` and `[installation]`, any key in them and `fins.stall_rad` may be left out, `[prior]` and
 //! `[learnt]` as a whole; the values of that file then hold. Every other key must be there, and no other may.
 //! `[effects.NAME]` tables hold effects of the catalogue ([`VehicleEffects`]). A section `[app]` is the board's
-//! ([`BoardFile`]); it is checked all the same. `[manoeuvring]` is a model of its own, of a vessel with propellers and
-//! rudders ([`ManoeuvringModel`]). `[short_runs]` holds what runs of a torpedo showed beyond the board's model
-//! ([`ShortRuns`]).
+//! ([`BoardFile`]); it is checked all the same. `[short_runs]` holds what runs of a torpedo showed beyond the board's
+//! model ([`ShortRuns`]).
 
 mod board;
 mod effects;
-mod manoeuvring;
 mod page;
 mod read;
 mod schema;
@@ -22,7 +20,6 @@ pub use effects::VehicleEffects;
 pub use page::parameters_page;
 
 use crate::DataError;
-use crate::manoeuvring::ManoeuvringModel;
 use crate::output::{self, Existing};
 use crate::short_runs::ShortRuns;
 use backseat_app::parameters::{self, Parameter, Settings};
@@ -57,9 +54,6 @@ pub struct VehicleFile {
     pub safety: SafetyLimits,
     /// What it does beyond what is declared.
     pub effects: VehicleEffects,
-    /// Surge, sway and yaw as identified of a vessel with propellers and rudders, which the other sections do not
-    /// describe.
-    pub manoeuvring: Option<ManoeuvringModel>,
     /// What short runs showed beyond the other sections.
     pub short_runs: Option<ShortRuns>,
 }
@@ -115,7 +109,6 @@ impl VehicleFile {
             }
         }
         text.push_str(&self.effects.to_toml());
-        text.push_str(&self.manoeuvring.as_ref().map_or_else(String::new, manoeuvring::to_toml));
         text.push_str(&self.short_runs.as_ref().map_or_else(String::new, short_runs::to_toml));
         text
     }

@@ -1,7 +1,6 @@
 //! Parsing: every complaint names line, column and what was expected.
 
 use super::effects::{self, VehicleEffects};
-use super::manoeuvring;
 use super::schema::{self, BOARD_SECTION, OPTIONAL, keys, short_key};
 use super::short_runs;
 use super::source::{FileText, Value, kind};
@@ -75,8 +74,7 @@ pub(super) fn parse(text: &str, path: &Path, whole: bool) -> Result<Contents, Da
     let root = root.get_ref();
     let sections = || SECTIONS.map(|section| format!("[{}]", section.name)).join(", ");
     for (key, value) in root {
-        let known = [effects::SECTION, manoeuvring::SECTION, short_runs::SECTION, BOARD_SECTION]
-            .contains(&key.get_ref().as_ref())
+        let known = [effects::SECTION, short_runs::SECTION, BOARD_SECTION].contains(&key.get_ref().as_ref())
             || SECTIONS.iter().any(|section| section.name == key.get_ref());
         if !known {
             return Err(source.error(key.span(), format!("unknown key {}; expected {}", key.get_ref(), sections())));
@@ -121,8 +119,6 @@ pub(super) fn parse(text: &str, path: &Path, whole: bool) -> Result<Contents, Da
         if let Some((_, table)) = table_of(effects::SECTION) {
             effects = VehicleEffects::parse(&source, table)?;
         }
-        let manoeuvring =
-            table_of(manoeuvring::SECTION).map(|(_, table)| manoeuvring::parse(&source, table)).transpose()?;
         let short_runs =
             table_of(short_runs::SECTION).map(|(_, table)| short_runs::parse(&source, table)).transpose()?;
         let settings = &numbers.settings;
@@ -136,7 +132,6 @@ pub(super) fn parse(text: &str, path: &Path, whole: bool) -> Result<Contents, Da
             installation: settings.app.installation,
             safety: settings.app.safety,
             effects,
-            manoeuvring,
             short_runs,
         });
     }

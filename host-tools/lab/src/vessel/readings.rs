@@ -1,9 +1,9 @@
 //! The readings of a vessel in a log.
 
-use crate::log::{Column, Log, LogRow};
-use crate::stats::median;
-use backseat_core::dynamics::planar::Manoeuvre;
+use super::planar::Manoeuvre;
 use backseat_core::state::wrap_angle;
+use backseat_logs::stats::median;
+use backseat_logs::{Column, Log, LogRow};
 
 /// Propellers and rudders that a log may have.
 const PROPELLERS: [Column; 3] = [Column::PropRpm, Column::ThrusterLeft, Column::ThrusterRight];
@@ -52,14 +52,6 @@ pub fn actuators(log: &Log) -> [Vec<Column>; 2] {
 #[must_use]
 pub fn measured(log: &Log) -> [bool; 3] {
     VELOCITY.map(|column| log.has(column))
-}
-
-/// Whether a log holds a propeller, a rudder, the heading, and velocities or positions.
-#[must_use]
-pub fn is_in(log: &Log) -> bool {
-    let [propellers, rudders] = actuators(log);
-    let moves = measured(log) == [true; 3] || [Column::GpsX, Column::GpsY].iter().all(|column| log.has(*column));
-    log.has(Column::Heading) && !propellers.is_empty() && !rudders.is_empty() && moves
 }
 
 /// The log's readings run by run. A row needs the actuators, the heading, and the velocities that the log measures;

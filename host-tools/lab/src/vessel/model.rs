@@ -1,13 +1,8 @@
-//! A vessel with propellers and rudders on or near the surface: its log, and the model that identification makes of it.
-//!
-//! The terms are those of [`backseat_core::dynamics::planar`]. The model is `[manoeuvring]` of a vehicle file.
+//! The model of a vessel with propellers and rudders on or near the surface, of the terms of [`super::planar`].
 
-mod readings;
-
-pub use readings::{Reading, actuators, integral, is_in, measured, readings};
-
-use crate::log::Column;
-use backseat_core::dynamics::planar::{Manoeuvre, Part, Term, terms};
+use super::planar::{Manoeuvre, Part, Term, terms};
+use super::readings::Reading;
+use backseat_logs::Column;
 
 /// Axes of the model: surge, sway, yaw.
 pub const AXES: [&str; 3] = ["surge", "sway", "yaw"];

@@ -11,7 +11,7 @@ fn numbers(value: &Value) -> Vec<f64> {
 
 #[test]
 fn val_nullspace_matches_the_reference() {
-    let text = include_str!("../../../../firmware/core/tests/data/ident_vectors.json");
+    let text = include_str!("../../../../../firmware/core/tests/data/ident_vectors.json");
     let all: Value = serde_json::from_str(text).expect("JSON");
     let small = &all["nbls_small"];
     let rows: Vec<f64> = small["WtW"].as_array().expect("a matrix").iter().flat_map(numbers).collect();

@@ -1,10 +1,7 @@
 //! What identification finds in a log of a vehicle whose full dynamics it does not hold: coefficients with intervals, and
 //! predictions beside a vehicle that goes on as it does.
 
-use crate::provenance;
-use crate::read_log::file_name;
 use backseat_identify::validation::COLUMNS;
-use backseat_logs::VehicleFile;
 use backseat_report::{Report, Table};
 use serde_json::{Map, Value, json};
 use std::path::PathBuf;
@@ -71,22 +68,11 @@ pub struct Partial {
     pub json: Map<String, Value>,
     /// Validation over ten seconds under the names of the full identification.
     pub validation: Vec<(&'static str, f64)>,
-    /// The declared vehicle with the model of a vessel.
-    pub vehicle: Option<VehicleFile>,
     /// Why the result should not be trusted.
     pub doubts: Vec<String>,
 }
 
 impl Partial {
-    /// First lines of its vehicle file.
-    pub(super) fn source(&self, vehicle: &VehicleFile) -> String {
-        format!(
-            "Vehicle {} with the manoeuvring model that `backseat identify` found in {}, section [manoeuvring].",
-            vehicle.name,
-            file_name(&self.log)
-        )
-    }
-
     /// The report, but for the files that are written.
     pub fn report(&self) -> Report {
         let ten = self.horizons.iter().find(|horizon| horizon.horizon_s == 10.0).or(self.horizons.first());
@@ -107,7 +93,7 @@ impl Partial {
                 )
             },
         );
-        let title = format!("Identification from {}", file_name(&self.log));
+        let title = format!("Identification from {}", self.log.file_name().unwrap_or_default().to_string_lossy());
         let mut report = Report::new(title, verdict).warnings(&self.doubts).fact("log", self.log.display().to_string());
         report = report.fact("identified", self.what).fact("fitted to", self.fitted.clone()).notes(&self.notes);
         let mut table = Table::new("Coefficients", &["", "unit", "value", "95 % from", "to"]);
@@ -136,7 +122,7 @@ impl Partial {
             report = report.table(table);
         }
         report = self.remarks.iter().fold(report, |report, remark| report.text(remark));
-        provenance::of(self.values(report).values(Value::Object(self.json.clone())), None)
+        self.values(report).values(Value::Object(self.json.clone()))
     }
 
     /// Adds the values of the JSON object.

@@ -4,9 +4,9 @@
 //! the vessel moves by its own length: shorter ones are noise, longer ones average the manoeuvre away.
 
 use super::terms::{self, Windage};
-use backseat_core::dynamics::planar;
+use crate::vessel::planar;
+use crate::vessel::readings::{Reading, integral, readings};
 use backseat_logs::Log;
-use backseat_logs::manoeuvring::{Reading, integral, readings};
 use backseat_logs::stats::median;
 
 /// A longer gap than this many times the usual step ends a window.

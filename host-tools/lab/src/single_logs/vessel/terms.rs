@@ -1,7 +1,7 @@
 //! What a hull may need beside the model's terms, and what a wind does to it.
 
+use crate::vessel::readings::Reading;
 use backseat_logs::VehicleFile;
-use backseat_logs::manoeuvring::Reading;
 
 /// Terms of sway and yaw that a hull may need beside those of the model.
 pub(super) fn cross(reading: &Reading) -> [f64; 2] {

@@ -1,26 +1,68 @@
-//! Surge, sway and yaw of a vessel with propellers and rudders.
+//! `cargo lab vessel identify`: surge, sway and yaw of a vessel with propellers and rudders.
 
-use super::doubts;
-use super::partial::{self, Horizon, Partial, Quantity};
-use crate::read_log::ReadLog;
-use backseat_identify::manoeuvring::{ManoeuvringData, ManoeuvringEstimate, ManoeuvringPrediction};
+use super::data::{ManoeuvringData, ManoeuvringEstimate, ManoeuvringPrediction};
+use super::model::AXES;
+use crate::partial::{self, Horizon, Partial, Quantity};
+use backseat_analysis::read_log::ReadLog;
 use backseat_logs::VehicleFile;
-use backseat_logs::log::Column;
-use backseat_logs::manoeuvring::AXES;
+use backseat_logs::log::{Column, Log};
+use backseat_logs::output::{Existing, write};
+use backseat_report::console;
 use serde_json::{Map, json};
+use std::path::PathBuf;
+
+/// Command line.
+#[derive(clap::Args, Clone, Debug)]
+#[command(after_help = "Example:
+  cargo lab vessel identify ship1/log.csv --validate ship3/log.csv")]
+pub struct Args {
+    /// Log with prop_rpm (or commands of thrusters), rudder_rad, heading_rad, and dvl_u_mps, dvl_v_mps, r_radps or the
+    /// positions gps_x_m, gps_y_m
+    log: PathBuf,
+    /// Log for validation [default: the last two fifths of each stretch under way, held out]
+    #[arg(long, value_name = "LOG2")]
+    validate: Option<PathBuf>,
+    /// Write a page; never over an earlier one
+    #[arg(long, value_name = "FILE.html")]
+    report: Option<PathBuf>,
+    /// Print one JSON object
+    #[arg(long)]
+    json: bool,
+}
+
+impl Args {
+    /// Identifies and prints the report.
+    ///
+    /// # Errors
+    /// A log that cannot be read, or whose motion shows nothing; a page that cannot be written.
+    pub fn run(&self) -> anyhow::Result<()> {
+        let read = ReadLog::of(&self.log, None)?;
+        let other = self.validate.as_ref().map(|path| ReadLog::of(path, None)).transpose()?;
+        let report = identify(&read, other.as_ref(), &VehicleFile::reference())?.report();
+        if let Some(path) = &self.report {
+            write(path, Existing::Keep, |file| file.write_all(report.html().as_bytes()))?;
+        }
+        console::print(if self.json { report.to_json() } else { report.to_text() }.as_bytes())
+    }
+}
 
 /// Share of each run that is fitted; the rest is predicted.
 const FITTED: f64 = 0.6;
 /// Horizons of the predictions, s.
 const HORIZONS_S: [f64; 3] = [5.0, 10.0, 30.0];
 
+/// The vessel's length that a log states, or the declared vehicle's; and whether it does.
+pub(super) fn length_m(log: &Log, declared: &VehicleFile) -> (f64, bool) {
+    let stated = log.column(Column::Length).next();
+    stated.map_or((declared.parameters.length_m, false), |(_, length_m)| (length_m, true))
+}
+
 /// Fits surge, sway and yaw, and predicts the other log or the last part of the same.
 ///
 /// # Errors
 /// The motion shows nothing.
-pub(super) fn identify(read: &ReadLog, other: Option<&ReadLog>, declared: VehicleFile) -> anyhow::Result<Partial> {
-    let stated = read.log.column(Column::Length).next();
-    let length_m = stated.map_or(declared.parameters.length_m, |(_, length_m)| length_m);
+fn identify(read: &ReadLog, other: Option<&ReadLog>, declared: &VehicleFile) -> anyhow::Result<Partial> {
+    let (length_m, is_stated) = length_m(&read.log, declared);
     let data = ManoeuvringData::from_log(&read.log, length_m);
     let [first, rest] = data.split(FITTED);
     let (fitted, judge, judged_on) = match other {
@@ -36,7 +78,7 @@ pub(super) fn identify(read: &ReadLog, other: Option<&ReadLog>, declared: Vehicl
          vessel on or near the surface are identified"
             .to_owned(),
     );
-    if stated.is_none() {
+    if !is_stated {
         notes.push(format!("the log states no length_m: {length_m} m, of {}", declared.name));
     }
     if fitted.measured() != [true; 3] {
@@ -78,8 +120,7 @@ pub(super) fn identify(read: &ReadLog, other: Option<&ReadLog>, declared: Vehicl
         notes,
         json,
         validation,
-        vehicle: Some(VehicleFile { manoeuvring: Some(estimate.model), ..declared }),
-        doubts: doubts(read),
+        doubts: read.examination.suspicions().map(|finding| finding.message.clone()).collect(),
     })
 }
 
@@ -117,4 +158,27 @@ fn horizon(p: &ManoeuvringPrediction) -> Horizon {
         quantities.push(quantity("position", "m", keys, 2, p.position_m));
     }
     Horizon { horizon_s: p.horizon_s, count: p.count, quantities }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::vessel::ship::{Voyage, simulate};
+    use backseat_logs::importers::Imported;
+    use serde_json::Value;
+
+    #[test]
+    fn a_vessel_without_velocities_is_identified() {
+        let voyage = Voyage { duration_s: 1800.0, velocities: false, wind_mps: [0.0; 2], noise: true };
+        let read = ReadLog::new(Imported { format: "", log: simulate(&voyage, 1).0 });
+        let report = identify(&read, None, &VehicleFile::reference()).unwrap().report();
+        let json: Value = serde_json::from_str(&report.to_json()).unwrap();
+        assert_eq!(json["method"], "manoeuvring");
+        // drag opposes and thrust drives
+        assert!(json["parameters"]["surge_uu"]["value"].as_f64() < Some(0.0), "{json}");
+        assert!(json["parameters"]["surge_nn"]["value"].as_f64() > Some(0.0), "{json}");
+        let thirty = &json["predictions"][2];
+        let errors = ["heading_rms_deg", "heading_if_the_rate_stays_deg"].map(|key| thirty[key].as_f64().unwrap());
+        assert!(thirty["horizon_s"] == 30.0 && errors[0] < 0.5 * errors[1], "{thirty}");
+    }
 }

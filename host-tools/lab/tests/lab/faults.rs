@@ -104,7 +104,7 @@ fn an_error_beyond_three_sigmas_in_good_health_is_a_violation() {
 
 #[test]
 fn wrong_faults_are_refused_with_file_line_and_key() {
-    let text = include_str!("../../../hil-sim/scenarios/faults/lost_ahrs.toml");
+    let text = include_str!("../../../../hil-sim/scenarios/faults/lost_ahrs.toml");
     let line = text.lines().position(|line| line == "[[fault]]").unwrap() + 1;
     for (from, to, offset, expected) in [
         ("name = \"lost\"", "name = \"gremlin\"", 1, "unknown variant `gremlin`"),

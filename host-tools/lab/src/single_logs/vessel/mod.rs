@@ -1,6 +1,6 @@
 //! A vessel with propellers and rudders on the surface: surge, sway and yaw by the field's manoeuvring terms.
 //!
-//! The change of velocity over each window is a sum of the integrals of [`backseat_core::dynamics::planar`]'s terms, whose numbers are fitted in any
+//! The change of velocity over each window is a sum of the integrals of [`crate::vessel::planar`]'s terms, whose numbers are fitted in any
 //! case, because nobody declares them; a term that this log cannot separate from those before it is left out. What
 //! still water leaves is explained by a wind: with an anemometer by four coefficients, without one by a steady wind in
 //! each run, whose forces come from the windage that the log states. Windows in which somebody held the vessel are left
@@ -11,18 +11,19 @@ mod windows;
 
 use self::terms::Windage;
 use self::windows::Window;
-use super::layout::Layout;
-use super::model::{Entry, LogModel, Measures, Nameless, Row, Unexplained, catalogue_range};
-use super::runs::{MOST_RUNS, WINDS, estimate};
-use super::selection::{self, LogModelDiagnosis};
-use crate::linear;
-use crate::normal_equations::NormalEquations;
-use crate::remaining::Remaining;
-use crate::samples::ResidualChannel;
+use crate::vessel::model::{AXES, separable as separable_columns};
+use crate::vessel::readings::actuators;
 use backseat_core::navigation::SensorNoise;
 use backseat_core::state::wrap_angle;
+use backseat_diagnose::linear;
+use backseat_diagnose::log_models::{
+    self, Entry, Layout, LogModel, LogModelDiagnosis, MOST_RUNS, Measures, Nameless, Row, Unexplained, WINDS,
+    catalogue_range, estimate,
+};
+use backseat_diagnose::normal_equations::NormalEquations;
+use backseat_diagnose::remaining::Remaining;
+use backseat_diagnose::samples::ResidualChannel;
 use backseat_logs::log::Column;
-use backseat_logs::manoeuvring::{self, AXES};
 use backseat_logs::stats::median;
 use backseat_logs::{Log, VehicleFile};
 use std::ops::Range;
@@ -236,7 +237,7 @@ impl Planar {
 fn separable(windows: &[Window], axis: usize) -> Vec<(usize, f64)> {
     let count = windows.first().map_or(0, |window| window.terms[axis].len());
     let column = |term: usize| windows.iter().map(|window| window.terms[axis][term]).collect();
-    manoeuvring::separable(&(0..count).map(column).collect::<Vec<Vec<f64>>>(), OWN_SHARE)
+    separable_columns(&(0..count).map(column).collect::<Vec<Vec<f64>>>(), OWN_SHARE)
 }
 
 impl LogModel for Planar {
@@ -334,7 +335,7 @@ impl LogModel for Planar {
 /// Whether a log holds surge, sway, yaw rate and heading, a propeller and a rudder.
 #[must_use]
 pub fn is_for(log: &Log) -> bool {
-    let [propellers, rudders] = manoeuvring::actuators(log);
+    let [propellers, rudders] = actuators(log);
     let needed = [Column::DvlU, Column::DvlV, Column::R, Column::Heading];
     needed.into_iter().all(|column| log.has(column)) && !propellers.is_empty() && !rudders.is_empty()
 }
@@ -387,7 +388,7 @@ fn without_missed(
 ) -> Option<(Planar, LogModelDiagnosis, usize)> {
     let length_m = terms::length_m(log, vehicle);
     let mut model = Planar::new(windows.to_vec(), windage, has_anemometer, length_m)?;
-    let mut found = selection::run(&model, log, vehicle)?;
+    let mut found = log_models::run(&model, log, vehicle)?;
     let mut missed = 0;
     for _ in 0..ROUNDS {
         let more = model.without_missed(&found.theta[1]);
@@ -396,7 +397,7 @@ fn without_missed(
         }
         missed += more;
         model = Planar::new(model.windows, windage, has_anemometer, length_m)?;
-        found = selection::run(&model, log, vehicle)?;
+        found = log_models::run(&model, log, vehicle)?;
     }
     Some((model, found, missed))
 }

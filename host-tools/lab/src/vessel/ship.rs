@@ -5,9 +5,9 @@
 //! thrust deduction, a rudder in its race. These are not the terms that identification fits. A wind pushes it if asked
 //! for. It flies zigzags and turning circles at several speeds, each a run of its own.
 
-use crate::rng::{Source, Stream};
 use backseat_core::state::{VehicleState, wrap_angle};
 use backseat_logs::{Column, Log, LogRow, Truth, TruthRow};
+use hil_sim::rng::{Source, Stream};
 
 /// Water and air, kg/m³.
 const WATER: f64 = 1000.0;
@@ -45,15 +45,6 @@ pub struct Voyage {
     pub wind_mps: [f64; 2],
     /// Sensors have noise.
     pub noise: bool,
-}
-
-/// A log, and the true motion.
-#[derive(Clone, Debug)]
-pub struct Logged {
-    /// What was measured.
-    pub log: Log,
-    /// What was true.
-    pub truth: Truth,
 }
 
 /// u, v at midship, r, heading, north, east.
@@ -183,9 +174,9 @@ impl Manoeuvre {
     }
 }
 
-/// Simulates a log.
+/// Simulates a log; the true motion beside it.
 #[must_use]
-pub fn simulate(voyage: &Voyage, seed: u64) -> Logged {
+pub fn simulate(voyage: &Voyage, seed: u64) -> (Log, Truth) {
     let (mut log, mut truth) = (Log::default(), Truth { rows: Vec::new(), notes: Vec::new() });
     let mut noise = [Source::VehicleGnss, Source::Ahrs, Source::Dvl].map(|source| Stream::new(seed, source));
     let factor = if voyage.noise { 1.0 } else { 0.0 };
@@ -241,7 +232,7 @@ pub fn simulate(voyage: &Voyage, seed: u64) -> Logged {
         from_s += duration_s + PAUSE_S;
         run += 1;
     }
-    Logged { log, truth }
+    (log, truth)
 }
 
 #[cfg(test)]

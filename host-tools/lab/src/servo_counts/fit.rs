@@ -6,9 +6,9 @@
 //!
 //! The fit is an output-error fit over segments of some 20 s, each with its own start.
 
-use crate::options::IdentifyError;
 use backseat_core::dynamics::VehicleParameters;
 use backseat_core::state::wrap_angle;
+use backseat_identify::IdentifyError;
 use backseat_logs::stats::{Z_95, rms};
 use backseat_logs::{Column, Log};
 use nalgebra::{DMatrix, DVector};
@@ -85,16 +85,7 @@ pub struct Prediction {
 }
 
 impl SurgeYawData {
-    /// Whether a log has what this needs.
-    #[must_use]
-    pub fn is_in(log: &Log) -> bool {
-        [Column::PropCount, Column::YawFinCount, Column::SpeedLog, Column::Heading]
-            .iter()
-            .all(|column| log.has(*column))
-    }
-
     /// Takes it from a log.
-    #[must_use]
     pub fn from_log(log: &Log) -> Self {
         let mut samples: Vec<SurgeYawSample> = Vec::new();
         for row in &log.rows {
@@ -123,14 +114,7 @@ impl SurgeYawData {
         Self { samples }
     }
 
-    /// Samples with a measured speed.
-    #[must_use]
-    pub fn measured(&self) -> usize {
-        self.samples.iter().filter(|sample| sample.surge_mps.is_some()).count()
-    }
-
     /// The first share, and the rest.
-    #[must_use]
     pub fn split(&self, share: f64) -> [Self; 2] {
         let cut = (self.samples.len() as f64 * share) as usize;
         [&self.samples[..cut], &self.samples[cut..]].map(|part| Self { samples: part.to_vec() })
@@ -209,7 +193,6 @@ impl SurgeYawData {
     }
 
     /// Predicts over a horizon from every fifth sample, from what was measured until then.
-    #[must_use]
     pub fn predict(&self, coefficients: &[f64; COEFFICIENTS], horizon_s: f64) -> Option<Prediction> {
         let mut errors: [Vec<f64>; 4] = Default::default();
         for run in self.runs() {
@@ -240,7 +223,6 @@ impl SurgeYawData {
 
 impl SurgeYawEstimate {
     /// What a count is worth if this were the declared vehicle: rad/s of the propeller, rad of the rudder.
-    #[must_use]
     pub fn counts(&self, vehicle: &VehicleParameters) -> [f64; 2] {
         let [k, _, _, _, _, b, _] = self.coefficients;
         let propeller = (k * vehicle.m_diag[0] / vehicle.beta5_n_s2_per_rad2).max(0.0).sqrt();
@@ -398,7 +380,6 @@ mod tests {
             row
         });
         let log = Log { rows: rows.collect(), ..Log::default() };
-        assert!(SurgeYawData::is_in(&log));
         let [first, rest] = SurgeYawData::from_log(&log).split(0.6);
         let fit = first.fit().unwrap();
         // Noise of a hundredth of the signal: thrust, rudder and damping to some percent.
@@ -419,6 +400,6 @@ mod tests {
             row
         });
         let data = SurgeYawData::from_log(&Log { rows: rows.collect(), ..Log::default() });
-        assert_eq!(data.measured(), 10);
+        assert_eq!(data.samples.iter().filter(|sample| sample.surge_mps.is_some()).count(), 10);
     }
 }

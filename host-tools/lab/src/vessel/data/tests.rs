@@ -1,11 +1,11 @@
 use super::*;
-use hil_sim::dataset::vessel::{Voyage, simulate};
+use crate::vessel::ship::{Voyage, simulate};
 use std::time::Instant;
 
 const STILL: Voyage = Voyage { duration_s: 3000.0, velocities: true, wind_mps: [0.0; 2], noise: true };
 
 fn data(voyage: &Voyage, seed: u64) -> ManoeuvringData {
-    ManoeuvringData::from_log(&simulate(voyage, seed).log, 7.0)
+    ManoeuvringData::from_log(&simulate(voyage, seed).0, 7.0)
 }
 
 /// Data of the model itself, with the coefficients that fit a tanker: they come back, within their intervals.
@@ -71,7 +71,7 @@ fn too_short_a_log_is_refused() {
 #[test]
 fn sparse_and_uneven_logs_are_fitted() {
     for (least_s, later_s) in [(0.9, 1.1), (1.9, 2.6)] {
-        let mut log = simulate(&STILL, 1).log;
+        let mut log = simulate(&STILL, 1).0;
         let mut next_s = 0.0;
         let mut count = 0_u32;
         log.rows.retain(|row| {

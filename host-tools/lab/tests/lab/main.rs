@@ -1,0 +1,7 @@
+//! The laboratory: short versions of its studies, one executable.
+
+mod consistency;
+mod faults;
+mod identification;
+mod packets;
+mod reproduce;
