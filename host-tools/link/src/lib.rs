@@ -8,6 +8,7 @@
 
 pub mod board;
 mod client;
+mod port_name;
 mod process;
 mod pty;
 mod serial;

@@ -1,6 +1,6 @@
 //! A board on serial ports of this machine: all five, or its host port alone.
 
-use crate::board::PortName;
+use crate::port_name::PortName;
 use crate::{BackseatError, Ports};
 use anyhow::{Context, anyhow, bail};
 use backseat_wire::hostlink::Port;

@@ -2,20 +2,22 @@
 //! or without velocities.
 //!
 //! A first guess regresses the change of velocity over short windows on the integrals of the terms, of which those are
-//! kept that the log tells apart. An output-error fit ([`super::fit`]) over segments of some ship's lengths, each with its own
+//! kept that the log tells apart. An output-error fit (`fit`) over segments of some ship's lengths, each with its own
 //! start, then compares states with what was measured: velocities where the log has them, heading, and positions.
 
-use super::fit::Fit;
+mod fit;
+
 use super::model::{Coefficient, ManoeuvringModel, separable};
 use super::readings::{Reading, actuators, integral, measured, readings};
 use backseat_core::state::wrap_angle;
 use backseat_identify::IdentifyError;
 use backseat_logs::Log;
 use backseat_logs::stats::{median, rms};
+use fit::Fit;
 use nalgebra::{DMatrix, DVector};
 
 /// States and outputs: surge, sway, yaw rate, heading, north, east.
-pub(super) const STATES: usize = 6;
+const STATES: usize = 6;
 /// How long a segment and a window of the first guess last, in the time that the vessel takes for its own length.
 const SEGMENT: f64 = 2.0;
 const WINDOW: f64 = 0.5;
@@ -40,7 +42,7 @@ const FEWEST_SEGMENTS: usize = 5;
 #[derive(Clone, Debug)]
 pub struct ManoeuvringData {
     actuators: [Vec<backseat_logs::Column>; 2],
-    pub(super) measured: [bool; 3],
+    measured: [bool; 3],
     stretches: Vec<Vec<Reading>>,
     length_m: f64,
 }
@@ -226,7 +228,7 @@ impl ManoeuvringData {
 }
 
 /// The state at a reading.
-pub(super) fn start(reading: &Reading) -> [f64; STATES] {
+fn start(reading: &Reading) -> [f64; STATES] {
     let ([u, v, r], [north, east]) = (reading.velocity, reading.position_m.unwrap_or_default());
     [u, v, r, reading.heading_rad, north, east]
 }

@@ -2,7 +2,6 @@
 //! lab single-log` finds of its wind is there.
 
 mod data;
-mod fit;
 mod identify;
 pub mod model;
 mod navigate;

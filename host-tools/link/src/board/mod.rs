@@ -1,11 +1,10 @@
 //! The board over its host port, as the commands need it.
 
 mod declared;
-mod port;
 mod refusal;
 
+pub use crate::port_name::PortName;
 pub use declared::{Declared, Effect, number};
-pub use port::PortName;
 pub use refusal::{mode_reason, reason};
 
 use crate::{BackseatError, Client, Serial, printable};

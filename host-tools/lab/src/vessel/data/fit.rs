@@ -1,9 +1,9 @@
 //! Output-error fit of a manoeuvring model (Gauss and Newton with Levenberg's damping): segments with free starts, which
 //! are eliminated segment by segment.
 
-use super::data::{ManoeuvringData, ManoeuvringEstimate, STATES, start};
-use super::model::ManoeuvringModel;
-use super::readings::Reading;
+use super::{ManoeuvringData, ManoeuvringEstimate, STATES, start};
+use crate::vessel::model::ManoeuvringModel;
+use crate::vessel::readings::Reading;
 use backseat_identify::IdentifyError;
 use backseat_logs::stats::{Z_95, rms};
 use nalgebra::{DMatrix, DVector, SMatrix, SVector};
@@ -61,7 +61,7 @@ impl<'a> Fit<'a> {
     fn residuals(&self, model: &ManoeuvringModel, start: [f64; STATES], segment: &[Reading]) -> Vec<[f64; STATES]> {
         let states = model.simulate(start, segment);
         let of = |(state, reading): (&[f64; STATES], &Reading)| {
-            let measurement = super::data::start(reading);
+            let measurement = super::start(reading);
             [0, 1, 2, 3, 4, 5].map(|i| {
                 let is_there = self.measured[i] && (i < 4 || reading.position_m.is_some());
                 if is_there { (measurement[i] - state[i]) / self.sigma[i] } else { 0.0 }
