@@ -38,8 +38,8 @@ fn a_wrong_configuration_is_refused_in_one_line() {
         ("address = 2\n", "address = 1\n", "both the ship's and a vehicle's"),
         ("exchange = \"uplink\"\nvehicle = 2", "exchange = \"uplink\"\nvehicle = 7", "not in the list of vehicles"),
         ("exchange = \"uplink\"\nvehicle = 2", "exchange = \"uplink\"", "vehicle is missing"),
-        ("exchange = \"uplink\"", "exchange = \"upload\"", "ship.toml:32"),
-        ("rate = 0", "speed = 0", "ship.toml:16"),
+        ("exchange = \"uplink\"", "exchange = \"upload\"", "ship.toml:34"),
+        ("rate = 0", "speed = 0", "ship.toml:18"),
         ("rate = 0", "rate = 6", "data rate 6"),
         ("# key = \"0001", "key = \"zz01", "32 hexadecimal digits"),
     ];

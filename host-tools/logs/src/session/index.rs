@@ -1,6 +1,6 @@
 //! Where the chunks of an MCAP file begin, by the index at its end: what stands behind a record of a wrong length.
 
-use super::reader::parse_record;
+use super::record::parse_record;
 use mcap::MAGIC;
 use mcap::records::{Record, op};
 use std::collections::HashMap;

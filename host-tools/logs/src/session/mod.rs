@@ -31,6 +31,7 @@ mod board_log;
 mod format;
 mod index;
 mod reader;
+mod record;
 mod telemetry;
 mod writer;
 

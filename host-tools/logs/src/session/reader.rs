@@ -3,6 +3,7 @@
 use super::board_log::BoardLog;
 use super::format::{self, Direction, Note, Parameters, Start, Tick};
 use super::index::Index;
+use super::record::parse_record;
 use super::{Attachment, Clock, Damage, Entry, Event, Meta};
 use crate::DataError;
 use mcap::records::{MessageHeader, Record, op};
@@ -273,20 +274,6 @@ impl Session {
 fn options(length: u64) -> LinearReaderOptions {
     let limit = usize::try_from(length).unwrap_or(usize::MAX);
     LinearReaderOptions::default().with_emit_chunks(true).with_record_length_limit(limit)
-}
-
-/// [`mcap::parse_record`], which panics (0.26) on an attachment that ends before its CRC.
-pub(super) fn parse_record(opcode: u8, body: &[u8]) -> Result<Record<'_>, McapError> {
-    fn after_text(body: &[u8]) -> Option<&[u8]> {
-        let (length, rest) = body.split_first_chunk()?;
-        rest.get(u32::from_le_bytes(*length) as usize..)
-    }
-    // two times, two texts, the length of the data; data and CRC
-    let rest = || body.get(16..).and_then(after_text).and_then(after_text)?.get(8..);
-    if opcode == op::ATTACHMENT && rest().is_none_or(|data| data.len() < 4) {
-        return Err(McapError::UnexpectedEof);
-    }
-    mcap::parse_record(opcode, body)
 }
 
 /// The part of an MCAP file that the crate's own streams (0.26) read without a panic and within bounds: up to the first
