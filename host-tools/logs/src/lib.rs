@@ -4,6 +4,7 @@
 //! Errors of the readers name the file, the line, the column and what was expected there.
 
 pub mod error;
+pub mod geomagnetism;
 pub mod importers;
 pub mod kinds;
 pub mod log;
