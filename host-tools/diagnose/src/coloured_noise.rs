@@ -10,7 +10,7 @@
 use crate::log_effects::Effects;
 use crate::noise::{declared, most_scale};
 use crate::prepared_log::{DataPart, PreparedLog};
-use crate::samples::{ResidualChannel, Samples};
+use crate::samples::ResidualChannel;
 use crate::whitener::{self, Colour, Pass, Setup};
 use backseat_logs::stats::{autocorrelation, ljung_box};
 use rayon::prelude::*;
@@ -35,9 +35,9 @@ const LAGS: usize = 20;
 const SUSPECTED: f64 = 1e-4;
 /// Time constants in s and shares tried at first.
 const TAUS_S: [f64; 5] = [0.7, 2.0, 6.0, 20.0, 60.0];
-const SHARES: [f64; 3] = [0.15, 0.5, 0.85];
-/// The first so many seconds of a log say enough of its noise: of a time constant of a minute, fifteen.
-const LONGEST_S: f64 = 900.0;
+const SHARES: [f64; 2] = [0.15, 0.6];
+/// The first so many seconds of a log say enough of its noise: of a time constant of a minute, ten.
+pub const LONGEST_S: f64 = 600.0;
 /// What a part that lasts must gain in Σ (ln S + e²): three numbers at their cost in a log of 10,000 samples.
 const LEAST_GAIN: f64 = 27.0;
 
@@ -68,26 +68,31 @@ impl Mixture {
 
 type Mixtures = [Mixture; ResidualChannel::COUNT];
 
-/// Estimates the noise beside a set of effects; whether any channel's is not as it was taken. Channels of `kept` stay.
-pub fn estimate(log_data: &mut PreparedLog, set: &Effects, kept: &[ResidualChannel]) -> Option<bool> {
-    let base = whitener::run(&log_data.setup, &log_data.samples, set, &[])?;
+/// The noise of a log.
+#[derive(Clone, Debug)]
+pub struct Noise {
+    /// What of it lasts.
+    pub colours: Vec<Colour>,
+    /// Scale of each channel's white part on the declared one, without waves.
+    pub scale: [f64; ResidualChannel::COUNT],
+}
+
+/// Estimates the noise beside a set of effects; `None` where none of it lasts. Channels of `kept` stay.
+#[must_use]
+pub fn estimate(log_data: &PreparedLog, set: &Effects, kept: &[ResidualChannel]) -> Option<Noise> {
+    let base = log_data.pass(set, &[])?;
     let mut suspected = suspected(log_data, &base);
     suspected.retain(|channel| !kept.contains(channel));
     if suspected.is_empty() {
-        return Some(false);
+        return None;
     }
-    let mut samples = log_data.samples.clone();
-    samples.events.retain(|(t_s, _)| *t_s <= LONGEST_S);
-    let search = Search { log_data, samples, set, suspected: &suspected };
-    let found = search.run()?;
-    let is_new = suspected.iter().any(|channel| found[*channel as usize].parts[0].0 > 0.0);
-    if is_new {
-        apply(&mut log_data.setup, &found, &suspected);
-        for channel in &suspected {
-            log_data.own_scale[*channel as usize] = log_data.setup.scale[*channel as usize];
-        }
+    let found = Search { log_data, set, suspected: &suspected }.run()?;
+    if suspected.iter().all(|channel| found[*channel as usize].parts[0].0 == 0.0) {
+        return None;
     }
-    Some(is_new)
+    let mut setup = Setup { scale: log_data.own_scale, ..log_data.setup.clone() };
+    apply(&mut setup, &found, &suspected);
+    Some(Noise { colours: setup.colours, scale: setup.scale })
 }
 
 /// Channels whose innovations are not white where nothing judges.
@@ -118,7 +123,6 @@ fn apply(setup: &mut Setup, noise: &Mixtures, channels: &[ResidualChannel]) {
 
 struct Search<'a> {
     log_data: &'a PreparedLog,
-    samples: Samples,
     set: &'a Effects,
     suspected: &'a [ResidualChannel],
 }
@@ -127,14 +131,15 @@ impl Search<'_> {
     fn run(&self) -> Option<Mixtures> {
         let scale = &self.log_data.setup.scale;
         let white: Mixtures = std::array::from_fn(|channel| Mixture::white(scale[channel]));
-        let mut best = (white, self.cost(&white)?);
+        let plain = self.cost(&white)?;
+        let mut best = (white, plain);
         let first = |share: f64, tau_s: f64| move |m: &Mixture| Mixture { parts: [(share, tau_s), (0.0, 1.0)], ..*m };
         let grid: Vec<_> = SHARES.iter().flat_map(|share| TAUS_S.map(|tau_s| first(*share, tau_s))).collect();
         self.improve(&mut best, &grid);
         let share = |share: f64| {
             move |m: &Mixture| with_part(m, 0, |(old, tau_s)| (if old > 0.0 { share } else { 0.0 }, tau_s))
         };
-        self.improve(&mut best, &[0.08, 0.3, 0.7, 0.93].map(share));
+        self.improve(&mut best, &[0.08, 0.35, 0.8, 0.93].map(share));
         self.improve(&mut best, &[0.75, 0.87, 1.15, 1.35, 1.6].map(sized));
         self.improve(&mut best, &[0.6, 1.6].map(slower));
         let second = |share: f64, tau_s: f64| {
@@ -152,7 +157,6 @@ impl Search<'_> {
         self.improve(&mut best, &[0.1, 0.2, 0.4, 0.6, 0.8].map(share));
         self.improve(&mut best, &[0.9, 1.1].map(sized));
         self.improve(&mut best, &[0.77, 1.3].map(slower));
-        let plain = self.cost(&white)?;
         for channel in self.suspected {
             let at = *channel as usize;
             if plain[at] - best.1[at] < LEAST_GAIN {
@@ -205,7 +209,7 @@ impl Search<'_> {
     fn cost(&self, noise: &Mixtures) -> Option<[f64; ResidualChannel::COUNT]> {
         let mut setup = self.log_data.setup.clone();
         apply(&mut setup, noise, self.suspected);
-        let pass = whitener::run(&setup, &self.samples, self.set, &[])?;
+        let pass = whitener::run(&setup, &self.log_data.samples, self.set, &[])?;
         let mut cost = [0.0; ResidualChannel::COUNT];
         for r in pass.residuals.iter().filter(|r| r.used && self.log_data.split.is_at(DataPart::Seen, r.t_s)) {
             cost[r.channel as usize] += 2.0 * r.sigma.ln() + r.normalised().powi(2);

@@ -2,7 +2,7 @@
 
 use crate::alternatives::{self, Alternative};
 use crate::candidates::{Candidate, Instance, set_of};
-use crate::coloured_noise;
+use crate::coloured_noise::{self, Noise};
 use crate::event_times::{self, Intervals};
 pub use crate::found::{FoundEffect, ParameterEstimate};
 use crate::judged;
@@ -101,32 +101,41 @@ fn propose(log_data: &mut PreparedLog, diagnosis: &mut Diagnosis) {
     }
 }
 
-/// The ladder; where its innovations are not white, noise that lasts is estimated beside what it found, terms in no
-/// catalogue included, so that the noise does not take up what is none, and the ladder begins again against that noise.
+/// The ladder; where its innovations are not white, noise that lasts is estimated beside what it found, and the ladder
+/// begins again against that noise. What effects hide from each other is looked for in the end: lasting noise looks like it.
 fn climb(log_data: &mut PreparedLog, mut progress: impl FnMut(&str)) -> Option<Ladder> {
-    let ladder = ladder::climb(log_data, &mut progress)?;
+    let mut ladder = ladder::climb(log_data, &mut progress)?;
     let joint = match &ladder.joint {
         Some(joint) => joint.clone(),
         None => search::refit(log_data, &ladder.accepted)?,
     };
-    if log_data.is_noise_estimated || coloured_noise::suspected(log_data, &joint.pass).is_empty() {
-        return Some(ladder);
+    if !log_data.is_noise_estimated && !coloured_noise::suspected(log_data, &joint.pass).is_empty() {
+        progress("noise that lasts");
+        log_data.is_noise_estimated = true;
+        if let Some(noise) = lasting_noise(log_data, &joint.instances, &ladder) {
+            log_data.setup.colours = noise.colours;
+            (log_data.own_scale, log_data.setup.scale) = (noise.scale, noise.scale);
+            // Against noise as it is the timing of the inputs shows better. A lag takes up half a sample of it.
+            let is_late = joint.instances.iter().any(|instance| instance.candidate.is_lag());
+            if is_late || !log_data.retime(&joint.instances)? {
+                log_data.declared = log_data.pass(&log_data.scope.declared, &[])?;
+            }
+            ladder = ladder::climb(log_data, &mut progress)?;
+        }
     }
-    progress("noise that lasts");
-    log_data.is_noise_estimated = true;
+    ladder::in_another_order(log_data, ladder, progress)
+}
+
+/// The noise of a log's first minutes, if any of it lasts, beside what a ladder found and terms in no catalogue, so that the
+/// noise does not take up what is none.
+fn lasting_noise(log_data: &PreparedLog, beside: &[Instance], ladder: &Ladder) -> Option<Noise> {
     // Waves are an effect: they are not taken for noise of what they move.
     let waves = ladder.noise_effects.iter().any(|found| found.instance.candidate.effect == "waves");
     let kept: &[ResidualChannel] = if waves { &MOVED_BY_WAVES } else { &[] };
-    let left = structure::find(log_data, &joint.instances, waves)?;
-    log_data.setup.proposed = left.hints.iter().map(|hint| (hint.generic, hint.value)).collect();
-    let set = set_of(&log_data.scope.declared, &joint.instances);
-    let is_new = coloured_noise::estimate(log_data, &set, kept);
-    log_data.setup.proposed.clear();
-    if !is_new? {
-        return Some(ladder);
-    }
-    log_data.declared = log_data.pass(&log_data.scope.declared, &[])?;
-    ladder::climb(log_data, &mut progress)
+    let left = structure::find(log_data, beside, waves)?;
+    let mut first = log_data.first(coloured_noise::LONGEST_S)?;
+    first.setup.proposed = left.hints.iter().map(|hint| (hint.generic, hint.value)).collect();
+    coloured_noise::estimate(&first, &set_of(&first.scope.declared, beside), kept)
 }
 
 /// Channels that swing in waves.
@@ -136,17 +145,22 @@ const MOVED_BY_WAVES: [ResidualChannel; 4] =
 /// Once, and again where the inputs act at other times than was taken.
 fn timed(log_data: &mut PreparedLog, mut progress: impl FnMut(&str)) -> Option<Diagnosis> {
     let (mut diagnosis, mut accepted) = once(log_data, &mut progress)?;
-    // What effects leave shows the timing of the inputs better than what the declared model leaves; but a lag takes up the
-    // half sample between held and moving inputs, so that beside one the two are fitted anew.
-    let set = set_of(&log_data.scope.declared, &accepted);
-    let is_late = accepted.iter().any(|instance| instance.candidate.is_lag());
-    if !accepted.is_empty() && !is_late && log_data.retime(&set)? {
+    if retimed(log_data, &accepted)? {
         (diagnosis, accepted) = once(log_data, &mut progress)?;
-    }
-    if log_data.retime_beside_lag(&accepted)? {
-        (diagnosis, _) = once(log_data, &mut progress)?;
+        if log_data.retime_beside_lag(&accepted)? {
+            (diagnosis, _) = once(log_data, &mut progress)?;
+        }
     }
     Some(diagnosis)
+}
+
+/// Whether the inputs act at other times than was taken. What effects leave shows the timing better than what the declared
+/// model leaves; but a lag takes up the half sample between held and moving inputs, so that beside one the two are fitted
+/// anew.
+fn retimed(log_data: &mut PreparedLog, accepted: &[Instance]) -> Option<bool> {
+    let is_late = accepted.iter().any(|instance| instance.candidate.is_lag());
+    let is_retimed = !accepted.is_empty() && !is_late && log_data.retime(accepted)?;
+    Some(is_retimed || log_data.retime_beside_lag(accepted)?)
 }
 
 /// With the timing of the inputs as it is; beside the diagnosis the entries accepted, even where they do not explain all.

@@ -24,9 +24,7 @@ pub struct Ladder {
     pub noise_effects: Vec<FoundEffect>,
 }
 
-/// Climbs until nothing significant is left. Where two effects hide each other, the first may take up so much of the
-/// second that its derivative no longer shows it: if what is left is not white, the climb begins again with the next best
-/// hypothesis of the first round, and what explains more stays.
+/// Climbs until nothing significant is left.
 ///
 /// `None` if the filter diverges.
 #[must_use]
@@ -37,12 +35,21 @@ pub fn climb(log_data: &mut PreparedLog, mut progress: impl FnMut(&str)) -> Opti
     loop {
         let goes_on = ladder.step(log_data, &mut progress)?;
         if !goes_on {
-            break;
+            return Some(ladder);
         }
         // Outliers and waves show better once the rest is explained.
         let residuals = &ladder.joint.as_ref()?.pass.residuals;
         ladder.noise_effects = noise_effects(log_data, residuals)?;
     }
+}
+
+/// Where two effects hide each other, the first may take up so much of the second that its derivative no longer shows it:
+/// if what a climb leaves is not white, another begins with the next best hypothesis of the first round, and what explains
+/// more stays.
+///
+/// `None` if the filter diverges.
+#[must_use]
+pub fn in_another_order(log_data: &mut PreparedLog, ladder: Ladder, mut progress: impl FnMut(&str)) -> Option<Ladder> {
     let Some(other) = ladder.another_start(log_data) else { return Some(ladder) };
     let mut second = Ladder { rounds: ladder.rounds[..1].to_vec(), ..Ladder::default() };
     progress("another order");

@@ -37,6 +37,8 @@ pub struct PreparedLog {
     pub split: Split,
     /// Whether noise that lasts was looked for.
     pub is_noise_estimated: bool,
+    /// Effects beside which the timing of the inputs was chosen last.
+    timed_beside: Vec<&'static str>,
 }
 
 /// Effects fitted together.
@@ -98,12 +100,45 @@ impl PreparedLog {
             declared: set,
         };
         let own_scale = setup.scale;
-        Some(Self { own_scale, setup, samples, timing, scope, declared, split, is_noise_estimated: false })
+        Some(Self {
+            own_scale,
+            setup,
+            samples,
+            timing,
+            scope,
+            declared,
+            split,
+            is_noise_estimated: false,
+            timed_beside: Vec::new(),
+        })
     }
 
-    /// Looks again when the inputs act, with these effects; whether that is not as before.
-    pub fn retime(&mut self, set: &Effects) -> Option<bool> {
-        let (timing, _) = timing::choose((&self.setup, &self.split), &self.samples, set, &self.timing)?;
+    /// Its first seconds, with the use of their blocks.
+    #[must_use]
+    pub fn first(&self, longest_s: f64) -> Option<Self> {
+        let mut samples = self.samples.clone();
+        samples.events.retain(|(t_s, _)| *t_s <= longest_s);
+        let declared = whitener::run(&self.setup, &samples, &self.scope.declared, &[])?;
+        Some(Self {
+            setup: self.setup.clone(),
+            split: self.split.clone(),
+            timed_beside: self.timed_beside.clone(),
+            samples,
+            declared,
+            ..*self
+        })
+    }
+
+    /// Looks again when the inputs act, with these effects, if it was not done beside all of them; whether that is not as
+    /// before.
+    pub fn retime(&mut self, beside: &[Instance]) -> Option<bool> {
+        let effects: Vec<&'static str> = beside.iter().map(|instance| instance.candidate.effect).collect();
+        if !effects.is_empty() && effects.iter().all(|effect| self.timed_beside.contains(effect)) {
+            return Some(false);
+        }
+        self.timed_beside = effects;
+        let set = set_of(&self.scope.declared, beside);
+        let (timing, _) = timing::choose((&self.setup, &self.split), &self.samples, &set, &self.timing)?;
         if timing == self.timing {
             return Some(false);
         }
@@ -111,7 +146,7 @@ impl PreparedLog {
         Some(true)
     }
 
-    /// Whether inputs that act the other way, held or moving on between samples, fit better with these effects fitted
+    /// Whether fins, or all inputs, that act the other way, held or moving on between samples, fit better with these effects fitted
     /// again: a lag of the fins takes up the half sample between the two, so that [`PreparedLog::retime`] does not see it.
     /// Beside a pure delay the two fit alike, and the timing stays as it is.
     pub fn retime_beside_lag(&mut self, instances: &[Instance]) -> Option<bool> {
@@ -123,13 +158,15 @@ impl PreparedLog {
             return Some(false);
         }
         let before = self.timing;
-        let now = self.fit(instances, DataPart::Seen)?.seen_square;
-        self.act(before.map(timing::turned))?;
-        if self.fit(instances, DataPart::Seen).is_some_and(|joint| joint.seen_square + LEAST < now) {
-            return Some(true);
+        let mut best = (self.fit(instances, DataPart::Seen)?.seen_square - LEAST, before);
+        for other in [timing::fins_turned(before), before.map(timing::turned)] {
+            self.act(other)?;
+            if let Some(joint) = self.fit(instances, DataPart::Seen).filter(|joint| joint.seen_square < best.0) {
+                best = (joint.seen_square, other);
+            }
         }
-        self.act(before)?;
-        Some(false)
+        self.act(best.1)?;
+        Some(best.1 != before)
     }
 
     fn act(&mut self, timing: InputTiming) -> Option<()> {
@@ -211,9 +248,10 @@ impl PreparedLog {
                     }
                 }
             }
+            let gained = best.as_ref().map_or(f64::INFINITY, |best: &JointFit| best.square - joint.square);
             best = Some(joint);
             halvings = 0;
-            if largest < SMALL {
+            if largest < SMALL || gained < ROUNDING {
                 break;
             }
         }

@@ -2,8 +2,9 @@
 //! samples it, decides half a sample of time: taken wrongly, every manoeuvre leaves a residual.
 //!
 //! The innovations of both are taken, and the share λ of the way from one to the other that leaves least is fitted: 0
-//! is held, 1 is moving on. First of all actuators together, then of each by itself. The scatter is that of the blocks, so
-//! that an effect that is not found yet does not pass for timing; once effects are found, it is looked at again.
+//! is held, 1 is moving on. First of all actuators together, then of the fins and of the propeller by themselves: four
+//! fins are moved and logged alike. The scatter is that of the blocks, so that an effect that is not found yet does not
+//! pass for timing; once noise or effects are found, it is looked at again.
 
 use crate::log_effects::Effects;
 use crate::samples::Samples;
@@ -13,7 +14,10 @@ use backseat_core::dynamics::INPUTS;
 use backseat_estimation::commands::{ACTUATORS, Hold, HoldKind, InputTiming};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
+use std::ops::Range;
 
+/// Propeller, fins.
+const GROUPS: [Range<usize>; 2] = [0..1, 1..INPUTS];
 /// Standard errors by which λ must differ from what is taken.
 const BELIEVED: f64 = 5.0;
 /// λ from here on is nearer to the other kind.
@@ -45,20 +49,18 @@ pub fn choose(
     if is_turned(together) {
         timing = now.map(turned);
     }
-    // Each by itself beside what all do.
+    // Fins and propeller by themselves beside what all do.
     let base = if timing == *now { base } else { pass(&timing)? };
     let common = timing;
-    let single: Option<Vec<Vec<Residual>>> = (0..INPUTS)
-        .into_par_iter()
-        .map(|actuator| {
-            let mut one = common;
-            one[actuator] = turned(one[actuator]);
-            Some(pass(&one)?.residuals)
-        })
-        .collect();
-    for (hold, share) in timing.iter_mut().zip(shares(&base.residuals, &single?, split)) {
+    let alone = |group: &Range<usize>| {
+        let mut one = common;
+        one[group.clone()].iter_mut().for_each(|hold| *hold = turned(*hold));
+        Some(pass(&one)?.residuals)
+    };
+    let single: Option<Vec<Vec<Residual>>> = GROUPS.par_iter().map(alone).collect();
+    for (group, share) in GROUPS.iter().zip(shares(&base.residuals, &single?, split)) {
         if is_turned(share) {
-            *hold = turned(*hold);
+            timing[group.clone()].iter_mut().for_each(|hold| *hold = turned(*hold));
         }
     }
     Some((timing, (timing == common).then_some(base)))
@@ -85,6 +87,14 @@ pub fn turned(hold: Hold) -> Hold {
         HoldKind::Continuous => HoldKind::Held,
     };
     Hold { kind, ..hold }
+}
+
+/// The other kind of hold of all fins.
+#[must_use]
+pub fn fins_turned(timing: InputTiming) -> InputTiming {
+    let mut other = timing;
+    other[GROUPS[1].clone()].iter_mut().for_each(|hold| *hold = turned(*hold));
+    other
 }
 
 fn is_turned((share, sigma): (f64, f64)) -> bool {

@@ -5,6 +5,7 @@
 
 pub mod data_sheets;
 pub mod error;
+pub mod geomagnetism;
 pub mod importers;
 pub mod kinds;
 pub mod log;

@@ -5,6 +5,7 @@ mod files;
 mod format;
 mod json;
 pub mod log_kinds;
+mod magnetic;
 mod page;
 mod report;
 mod sentence;
@@ -119,6 +120,7 @@ pub fn compute_with<'a>(
         log_kinds::run(more, [&read.log, &log], vehicle, truth, !no_dvl, &|what| spinner.set(what))?.into()
     };
     drop(spinner);
+    notes.extend(magnetic::note(&log, &diagnosis.effects));
     notes.extend(diagnosis.notes.iter().cloned());
     let (vehicle, vehicle_notes) = corrected_vehicle::of(vehicle, &diagnosis, is_dynamic);
     Ok(DiagnosisResult {

@@ -20,6 +20,10 @@ pub fn report(read: &ReadLog) -> Report {
     for Use { command, possible, how } in &uses {
         report = report.fact(command, format!("{}: {how}", if *possible { "yes" } else { "no" }));
     }
+    let declination = log.declination();
+    if let Some((_, words)) = &declination {
+        report = report.fact("declination", format!("{words}, of a compass that is not corrected"));
+    }
     let remarks = examination.findings.iter().filter(|finding| finding.severity == Severity::Remark);
     let header = ["column", "samples", "rate Hz", "gap s", "min", "median", "max"];
     let uses =
@@ -33,6 +37,7 @@ pub fn report(read: &ReadLog) -> Report {
         .value("format", read.format)
         .value("rows", log.rows.len())
         .value("span_s", examination.span_s)
+        .value("declination_rad", declination.map(|(declination, _)| declination))
         .value("columns", examination.columns.iter().map(column).collect::<Vec<_>>())
         .value("findings", examination.findings.iter().map(finding).collect::<Vec<_>>())
         .value("untested", examination.untested.iter().map(untested).collect::<Vec<_>>())

@@ -21,6 +21,8 @@ pub struct Colour {
 #[derive(Clone, Debug, Default)]
 pub(super) struct ColourStates {
     colours: Vec<Colour>,
+    /// Places of the colours of each channel.
+    places: [Vec<usize>; ResidualChannel::COUNT],
     /// n.
     pub(super) value: Vec<f64>,
     /// c_j, a column each.
@@ -38,8 +40,13 @@ impl ColourStates {
         for (j, colour) in colours.iter().enumerate() {
             own[j * count + j] = colour.sigma * colour.sigma;
         }
+        let mut places: [Vec<usize>; ResidualChannel::COUNT] = Default::default();
+        for (j, colour) in colours.iter().enumerate() {
+            places[colour.channel as usize].push(j);
+        }
         Self {
             colours: colours.to_vec(),
+            places,
             value: vec![0.0; count],
             cross: vec![[0.0; 12]; count],
             own,
@@ -53,7 +60,7 @@ impl ColourStates {
 
     /// Places of the colours of a channel.
     pub(super) fn of(&self, channel: ResidualChannel) -> impl Iterator<Item = usize> + '_ {
-        self.colours.iter().enumerate().filter(move |(_, colour)| colour.channel == channel).map(|(j, _)| j)
+        self.places[channel as usize].iter().copied()
     }
 
     /// What the noise states add to the prediction of a channel.
@@ -72,15 +79,19 @@ impl ColourStates {
         if self.kept.0 != h_s {
             self.kept = (h_s, self.colours.iter().map(|colour| (-h_s / colour.tau_s).exp()).collect());
         }
+        if count == 0 {
+            return;
+        }
         let kept = &self.kept.1;
+        let turned = matrix::transpose(d);
         for (j, a) in kept.iter().enumerate() {
             self.value[j] *= a;
-            let moved = matrix::apply(d, &self.cross[j]);
+            let moved = matrix::apply_turned(&turned, &self.cross[j]);
             for (c, moved) in self.cross[j].iter_mut().zip(moved) {
                 *c = a * (*c + moved);
             }
-            for (i, other) in kept.iter().enumerate() {
-                self.own[i * count + j] *= a * other;
+            for (own, other) in self.own[j * count..][..count].iter_mut().zip(kept) {
+                *own *= a * other;
             }
             self.own[j * count + j] += self.colours[j].sigma.powi(2) * (1.0 - a * a);
         }
@@ -100,12 +111,13 @@ impl ColourStates {
     /// Covariance of every noise state with the scalar of a channel that is read with `h`.
     pub(super) fn with_scalar(&self, channel: ResidualChannel, h: &[f64; 12]) -> Vec<f64> {
         let count = self.count();
-        (0..count)
-            .map(|i| {
-                let by_state: f64 = self.cross[i].iter().zip(h).map(|(c, h)| c * h).sum();
-                by_state + self.of(channel).map(|j| self.own[i * count + j]).sum::<f64>()
-            })
-            .collect()
+        let read: Vec<(usize, f64)> = h.iter().copied().enumerate().filter(|(_, factor)| *factor != 0.0).collect();
+        let of = &self.places[channel as usize];
+        let covariance = |(cross, own): (&[f64; 12], &[f64])| {
+            let by_state: f64 = read.iter().map(|(i, factor)| cross[*i] * factor).sum();
+            by_state + of.iter().map(|j| own[*j]).sum::<f64>()
+        };
+        self.cross.iter().zip(self.own.chunks_exact(count.max(1))).map(covariance).collect()
     }
 
     /// Measurement update: `ph` and `pn` are the covariances of the vehicle's and of the noise states with the scalar.

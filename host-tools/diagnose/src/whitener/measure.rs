@@ -219,7 +219,8 @@ impl Filter<'_> {
             if prediction.sensor == SensorChannel::Attitude {
                 innovation = wrap_angle(innovation);
             }
-            let mut ph = matrix::apply(&self.p, &h);
+            // P is symmetric.
+            let mut ph = matrix::apply_turned(&self.p, &h);
             for (ph, cross) in ph.iter_mut().zip(self.colours.cross_of(channel)) {
                 *ph += cross;
             }

@@ -2,6 +2,8 @@
 
 use backseat_core::state::wrap_angle;
 use backseat_logs::{Column, Log, LogRow};
+use hil_sim::rng::{Source, Stream};
+use std::f64::consts::TAU;
 
 /// What is put into a log.
 #[derive(Clone, Debug, PartialEq)]
@@ -14,17 +16,18 @@ pub struct Injection {
     pub sizes: Vec<(&'static str, f64)>,
     /// Whether it begins in the middle of the log.
     pub from_middle: bool,
+    /// After which share of the readings of the speed it begins then.
+    pub onset: f64,
 }
 
 /// Everything that is put into the logs of a vehicle of this length, with a DVL or a logged speed.
 pub fn all(length_m: f64, has_dvl: bool) -> Vec<Injection> {
     let mut all = Vec::new();
     let mut add = |effect: &'static str, sizes: &[(&'static str, f64)], from_middle| {
-        let size = |(name, value): &(&str, f64)| format!("{name} {value:.3}");
-        let listed: Vec<String> = sizes.iter().map(size).collect();
-        let when = if from_middle { ", from the middle on" } else { "" };
-        let name = format!("{effect}: {}{when}", listed.join(", "));
-        all.push(Injection { name, effect: Some(effect), sizes: sizes.to_vec(), from_middle });
+        let (name, sizes) = (String::new(), sizes.to_vec());
+        let mut injection = Injection { name, effect: Some(effect), sizes, from_middle, onset: 0.5 };
+        injection.name_it();
+        all.push(injection);
     };
     for (name, degrees) in
         [("const_rad", [3.0, -5.0, 7.0, -12.0].as_slice()), ("sin_rad", &[4.0, -6.0, 9.0]), ("cos_rad", &[4.0, -9.0])]
@@ -65,9 +68,35 @@ pub fn all(length_m: f64, has_dvl: bool) -> Vec<Injection> {
     for degrees in [6.0, -12.0] {
         add("heading_bias", &[("const_rad", f64::to_radians(degrees))], true);
     }
-    for (name, size) in [("a current that grows by 0.2 m/s", 0.2), ("a current that grows by 0.4 m/s", 0.4)] {
-        let sizes = vec![(DRIFT, size)];
-        all.push(Injection { name: name.to_owned(), effect: None, sizes, from_middle: false });
+    for size in [0.2, 0.4] {
+        let (name, sizes) = (String::new(), vec![(DRIFT, size)]);
+        let mut injection = Injection { name, effect: None, sizes, from_middle: false, onset: 0.5 };
+        injection.name_it();
+        all.push(injection);
+    }
+    all
+}
+
+/// The same kinds with sizes, directions and onsets drawn by a seed: sizes of 0.6 to 1.6 times those listed, harmonics and
+/// currents turned by any angle, the other signs by chance (no delay is negative), onsets after 35 to 65 % of the readings.
+pub fn drawn(length_m: f64, has_dvl: bool, seed: u64) -> Vec<Injection> {
+    const TURNED: [[&str; 2]; 3] = [["sin_rad", "cos_rad"], ["sin2_rad", "cos2_rad"], ["north_mps", "east_mps"]];
+    let mut random = Stream::new(seed, Source::Study);
+    let mut all = all(length_m, has_dvl);
+    for injection in &mut all {
+        let (factor, angle) = (0.6 * (1.6_f64 / 0.6).powf(random.uniform()), TAU * random.uniform());
+        let sign = if random.uniform() < 0.5 { -1.0 } else { 1.0 };
+        injection.onset = 0.35 + 0.3 * random.uniform();
+        let pair = TURNED.iter().find(|pair| injection.sizes.iter().any(|(name, _)| pair.contains(name)));
+        if let Some(names) = pair {
+            let whole = injection.sizes.iter().map(|(_, size)| size * size).sum::<f64>().sqrt() * factor;
+            injection.sizes = vec![(names[0], whole * angle.sin()), (names[1], whole * angle.cos())];
+        } else {
+            let is_delay = injection.sizes.iter().any(|(name, _)| *name == "s");
+            let by = if is_delay || injection.effect.is_none() { factor } else { factor * sign };
+            injection.sizes.iter_mut().for_each(|(_, size)| *size *= by);
+        }
+        injection.name_it();
     }
     all
 }
@@ -76,6 +105,21 @@ pub fn all(length_m: f64, has_dvl: bool) -> Vec<Injection> {
 const DRIFT: &str = "end_north_mps";
 
 impl Injection {
+    /// Says what it is.
+    fn name_it(&mut self) {
+        let size = |(name, value): &(&str, f64)| format!("{name} {value:.3}");
+        let listed: Vec<String> = self.sizes.iter().map(size).collect();
+        let when = match (self.from_middle, self.onset) {
+            (true, 0.5) => ", from the middle on".to_owned(),
+            (true, onset) => format!(", after {:.0} % of the readings", 100.0 * onset),
+            (false, _) => String::new(),
+        };
+        self.name = match self.effect {
+            Some(effect) => format!("{effect}: {}{when}", listed.join(", ")),
+            None => format!("a current that grows by {} m/s", (self.size(DRIFT) * 1e3).round() / 1e3),
+        };
+    }
+
     /// A parameter; 0 where it is none of those given.
     pub fn size(&self, name: &str) -> f64 {
         self.sizes.iter().find(|(own, _)| *own == name).map_or(0.0, |(_, size)| *size)
@@ -85,7 +129,7 @@ impl Injection {
     pub fn apply(&self, log: &Log) -> Log {
         let start_us = log.rows.first().map_or(0, |row| row.time_us);
         let end_us = log.rows.last().map_or(0, |row| row.time_us);
-        let from_us = if self.from_middle { middle_us(log) } else { start_us };
+        let from_us = if self.from_middle { time_us(log, self.onset) } else { start_us };
         let duration_s = (end_us - start_us) as f64 * 1e-6;
         let heading = Series::of(log, &[Column::Heading], true);
         let fixes = Series::of(log, &[Column::GpsX, Column::GpsY], false);
@@ -149,15 +193,16 @@ impl Injection {
     }
 }
 
-/// The middle of the readings of the speed; those that are held on are none.
-fn middle_us(log: &Log) -> u64 {
+/// The time after a share of the readings of the speed; those that are held on are none.
+fn time_us(log: &Log, share: f64) -> u64 {
     let column = if log.has(Column::DvlU) { Column::DvlU } else { Column::SpeedLog };
     let mut last = None;
     let is_new = |row: &&LogRow| row.get(column).is_some_and(|speed| last.replace(speed) != Some(speed));
     let times: Vec<u64> = log.rows.iter().filter(is_new).map(|row| row.time_us).collect();
-    let whole = log.rows.get(log.rows.len() / 2).map_or(0, |row| row.time_us);
-    // Of a speed that never changes, the middle of the log.
-    if times.len() < 20 { whole } else { times[times.len() / 2] }
+    let after = |count: usize| (count as f64 * share) as usize;
+    let whole = log.rows.get(after(log.rows.len())).map_or(0, |row| row.time_us);
+    // Of a speed that never changes, of the rows of the log.
+    if times.len() < 20 { whole } else { times[after(times.len())] }
 }
 
 fn change(row: &mut LogRow, column: Column, of: impl Fn(f64) -> f64) {

@@ -25,7 +25,8 @@ const SHORTEST_S: f64 = 300.0;
 const EXAMPLES: &str = "\
 Examples:
   cargo lab injections logs                     every log in the folder that is diagnosed by dead reckoning
-  cargo lab injections logs --store runs.jsonl --out docs/results/injections.md";
+  cargo lab injections logs --store runs.jsonl --out docs/results/injections.md
+  cargo lab injections logs --seed 7            sizes, directions and onsets drawn by a seed";
 
 /// Whether `diagnose` names and sizes effects of known size that are put into recorded logs
 #[derive(clap::Args)]
@@ -37,6 +38,9 @@ pub struct Args {
     /// Write the page to this file as well (Markdown)
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
+    /// Seed by which sizes, directions and onsets are drawn; left out: those listed in the source
+    #[arg(long, value_name = "N")]
+    seed: Option<u64>,
     #[command(flatten)]
     part: PartArgs,
     /// Print one JSON object
@@ -62,7 +66,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         let is_reckoned = log_kinds::use_of(&imported.log) == Ok(log_kinds::DEAD_RECKONING);
         if is_reckoned && imported.log.duration_s() >= SHORTEST_S {
             let name = path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
-            jobs.push(((name, 0), imported.log));
+            jobs.push(((name, args.seed.unwrap_or(0)), imported.log));
         }
     }
     if jobs.is_empty() {
@@ -79,7 +83,9 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         };
         let found = diagnosed(log)?;
         let has_dvl = log.has(Column::DvlU) && log.has(Column::DvlV);
-        let all = inject::all(vehicle.parameters.length_m, has_dvl);
+        let length_m = vehicle.parameters.length_m;
+        let all =
+            args.seed.map_or_else(|| inject::all(length_m, has_dvl), |seed| inject::drawn(length_m, has_dvl, seed));
         let is_tested = |injection: &Injection| injection.effect.is_none_or(|effect| score::tests(&found, effect));
         let score =
             |injection: &Injection| anyhow::Ok(score::of(injection, &found, &diagnosed(&injection.apply(log))?));
@@ -88,7 +94,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     })?;
     let Some(done) = done else { return Ok(()) };
     let logs: Vec<(String, Done)> = jobs.into_iter().map(|((name, _), _)| name).zip(done).collect();
-    let text = page::markdown(&logs);
+    let text = page::markdown(&logs, args.seed);
     if let Some(path) = &args.out {
         std::fs::write(path, &text).with_context(|| path.display().to_string())?;
     }

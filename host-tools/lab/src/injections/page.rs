@@ -8,15 +8,16 @@ use backseat_report::markdown::markdown_table;
 use serde_json::{Value, json};
 use std::fmt::Write as _;
 
-pub fn markdown(logs: &[(String, Done)]) -> String {
+pub fn markdown(logs: &[(String, Done)], seed: Option<u64>) -> String {
     let all: Vec<&Scored> = logs.iter().flat_map(|(_, done)| &done.scored).collect();
     let mut page = String::from("# Effects of known size in recorded logs\n\n");
     let _ = writeln!(
         page,
-        "Made by `cargo lab injections DIR` (version {}), where DIR has the logs below. {} effects of known size are put into \
+        "Made by `cargo lab injections DIR{}` (version {}), where DIR has the logs below. {} effects of known size are put into \
          the columns of {} logs by exact changes: what the sensor would have read. Each is diagnosed as `backseat diagnose` \
          does. The truth is what was put in, and of an entry that the log was found to hold as it was recorded, that size as \
          well.\n",
+        seed.map_or_else(String::new, |seed| format!(" --seed {seed}")),
         env!("CARGO_PKG_VERSION"),
         all.len(),
         logs.len()

@@ -152,7 +152,10 @@ impl Entry {
             self.checks.push(format!("its name states no unit; {} by its values", self.unit));
         }
         if column.is_magnetic() {
-            self.checks.push("a magnetic heading: the declination is missing".to_owned());
+            self.checks.push(
+                "a magnetic heading: add the declination as its offset; backseat info says what it is there and then"
+                    .to_owned(),
+            );
         }
         if column.says(&["sog", "gps"]) && self.target == "speed_log_mps" {
             self.checks.push("a speed over ground".to_owned());

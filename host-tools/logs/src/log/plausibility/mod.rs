@@ -6,6 +6,7 @@
 
 mod held;
 mod limits;
+mod magnetic;
 mod names;
 mod recording;
 mod summary;
@@ -92,6 +93,7 @@ impl Examination {
                 .filter_map(|finding| finding.column)
                 .collect();
             let tests = recording::check(log, &beyond, is_doubted);
+            findings.extend(tests.turn.and_then(|turn| magnetic::check(log, turn)));
             let contradictions = tests.findings;
             (untested, holding) = (tests.untested, tests.holding);
             // a value beyond all limits whose cause is found needs no second finding

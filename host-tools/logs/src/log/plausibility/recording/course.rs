@@ -100,6 +100,24 @@ fn fit(ways: &[(Way, Way)], turned: Turned) -> Vec<f64> {
     turned.iter().map(|(fixed, reckoned)| (fixed - reckoned * factor - current).norm_sqr() + cost).collect()
 }
 
+/// Angle from the reckoned way to the fixed one, rad, clockwise, beside a current, and one sigma of it. `None` on too few
+/// legs, or on legs of one course.
+pub fn turn(grid: &Grid) -> Option<[f64; 2]> {
+    let legs = Legs::of(grid).filter(|legs| legs.speed.is_some())?;
+    let ways = moving(&legs);
+    let n = ways.len() as f64;
+    if ways.len() < MANY || concentration(ways.iter().map(|way| way.1)) > 0.8 {
+        return None;
+    }
+    let mean = |of: fn(&(Way, Way)) -> Way| ways.iter().map(of).sum::<Way>() / n;
+    let (fixed, reckoned) = (mean(|way| way.0), mean(|way| way.1));
+    let square: f64 = ways.iter().map(|way| (way.1 - reckoned).norm_sqr()).sum();
+    let factor = ways.iter().map(|way| (way.0 - fixed) * (way.1 - reckoned).conj()).sum::<Way>() / square;
+    let left = |way: &(Way, Way)| (way.0 - fixed - factor * (way.1 - reckoned)).norm_sqr();
+    let variance = ways.iter().map(left).sum::<f64>() / (2.0 * n - 4.0);
+    Some([factor.im.atan2(factor.re), (variance / square).sqrt() / factor.norm()])
+}
+
 /// Angle between two ways, rad.
 fn difference(a: Way, b: Way) -> f64 {
     let turn = a * b.conj();

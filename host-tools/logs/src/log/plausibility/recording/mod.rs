@@ -96,6 +96,8 @@ pub(super) struct Tests {
     pub untested: Vec<Untested>,
     /// Relations that hold, and the columns of the log that they are of.
     pub holding: Vec<(&'static str, Vec<Column>)>,
+    /// Angle from heading to course, rad, and one sigma of it.
+    pub turn: Option<[f64; 2]>,
 }
 
 /// What contradicts signs, axes and units, and what this log cannot show. Columns whose values are `odd` are the first to
@@ -104,6 +106,7 @@ pub(super) fn check(log: &Log, odd: &[Column], is_doubted: impl Fn(Column) -> bo
     let mut tests = Tests::default();
     let is_in_degrees = odd.contains(&Column::Heading);
     let Some(mut grid) = Grid::of(log, is_in_degrees, is_doubted) else { return tests };
+    tests.turn = course::turn(&grid);
     let mut done: Vec<Mend> = Vec::new();
     done.extend(is_in_degrees.then(|| Mend::unit(Column::Heading, "deg", mend::DEG)));
     let test = |relation: &'static Relation, grid: &Grid| {
