@@ -42,8 +42,6 @@ pub struct Drawn {
 }
 
 const SURVEY: &str = include_str!("../../../../hil-sim/scenarios/survey.toml");
-/// The default sound speed, m/s.
-const SOUND_MPS: f64 = 1500.0;
 
 /// The flight of a seed.
 ///
@@ -139,14 +137,16 @@ fn inside(draw: &mut Draw, time_s: f64) -> (&'static str, Change) {
 
 /// What no cause of the table is.
 fn outside(draw: &mut Draw, time_s: f64) -> (&'static str, Change) {
-    let text = match draw.below(4) {
+    let text = match draw.below(3) {
         0 => {
             let (share, extra_m) = (draw.between(0.3, 0.7), draw.size(3.0, 20.0));
             fault("multipath", &format!("share = {share:?}\nextra_m = {extra_m:?}"), time_s)
         }
         1 => fault("heading_drift", &format!("rate_radps = {:?}", draw.signed(5e-6, 5e-5)), time_s),
-        2 => fault("depth_factor", &format!("factor = {:?}", 1.0 + draw.signed(0.05, 0.3)), time_s),
-        _ => fault("modem_clock_step", &format!("offset_s = {:?}", draw.signed(3.0, 10.0) / SOUND_MPS), time_s),
+        _ => {
+            let (sigma_m, period_s) = (draw.size(3.0, 10.0), draw.size(600.0, 2400.0));
+            fault("ship_wander", &format!("sigma_m = {sigma_m:?}\nperiod_s = {period_s:?}"), time_s)
+        }
     };
     ("outside", change(text, None, 0.0, time_s))
 }

@@ -31,7 +31,8 @@ pub struct Statement {
 /// One flight.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Flown {
-    pub seed: u64,
+    /// Its seed.
+    pub number: u64,
     pub kind: Kind,
     pub changes: Vec<Change>,
     /// Each statement that names others than the one before, as it was first; behind them the last of all.
@@ -80,7 +81,7 @@ pub fn fly(seed: u64, drawn: &Drawn) -> anyhow::Result<Flown> {
     }
     statements.extend(last);
     Ok(Flown {
-        seed,
+        number: seed,
         kind: drawn.kind,
         changes: drawn.changes.clone(),
         statements,

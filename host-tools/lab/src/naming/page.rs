@@ -119,7 +119,7 @@ pub fn page(flown: &[Flown], args: &Args) -> String {
         };
         let shown = |found: Option<&Statement>| found.map(statement).unwrap_or_default();
         table.add_row([
-            flight.seed.to_string(),
+            flight.number.to_string(),
             if changes.is_empty() { "none".to_owned() } else { changes },
             outcome,
             shown(flight.first()),
