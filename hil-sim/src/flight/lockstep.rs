@@ -166,6 +166,7 @@ impl<'a, P: Ports> Aloft<'a, P> {
         recorder.flight.digest = output.digest;
         recorder.flight.fusions.extend(output.fusions);
         recorder.flight.identifications.extend(output.identification);
+        recorder.flight.naming.extend(output.naming);
         let Some(telemetry) = output.telemetry else { return Ok(()) };
         if *under_way && telemetry.leg.is_none() && !recorder.flight.finished {
             recorder.flight.finished = true;

@@ -97,6 +97,7 @@ pub fn fly_realtime_with_ship<P: Ports>(
             }
             FromBoard::Fusion(fusion) => flight.fusions.extend(FusionRecord::of(&fusion)),
             FromBoard::Identification(record) => flight.identifications.push(record),
+            FromBoard::Naming(record) => flight.naming.push(record),
             _ => {}
         })?;
         let Some(telemetry) = latest else { continue };

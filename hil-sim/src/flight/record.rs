@@ -9,7 +9,7 @@ use backseat_core::dynamics::ActuatorInput;
 use backseat_core::state::VehicleState;
 use backseat_link::FusionRecord;
 use backseat_logs::{Column, DataError, Log, LogRow, LogWriter, TruthRow, TruthWriter};
-use backseat_wire::hostlink::{Identification, Mode, ModeReason, Telemetry};
+use backseat_wire::hostlink::{Identification, Mode, ModeReason, Naming, Telemetry};
 use std::path::Path;
 
 /// Truth and estimate at one time.
@@ -56,6 +56,8 @@ pub struct FlightLog {
     pub fusions: Vec<FusionRecord>,
     /// What the backseat identified.
     pub identifications: Vec<Identification>,
+    /// What the backseat named.
+    pub naming: Vec<Naming>,
     /// Vehicle and ship (north, east) at each packet's arrival and launch, m.
     pub packets: Vec<([f64; 2], [f64; 2])>,
     /// Once a second, if there was a program on the ship.

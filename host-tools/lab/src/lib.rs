@@ -15,6 +15,7 @@ pub mod identification;
 mod injections;
 mod intervals;
 mod judge;
+mod naming;
 pub mod navigation;
 pub mod packet_navigation;
 mod partial;
@@ -122,6 +123,11 @@ enum LabCommand {
   cargo lab judge --runs 20 --classes work --hours 3
   cargo lab judge --runs 3000 --seed 100000 --store judged.jsonl --out page.md --picture page.svg")]
     Judge(judge::Args),
+    /// Does the board name what changes in flight: surveys with one cause, two, none, and with some that it cannot know
+    #[command(after_help = "Examples:
+  cargo lab naming --runs 8 --seed 1000
+  cargo lab naming --runs 350 --seed 500000 --store named.jsonl --out docs/results/naming.md")]
+    Naming(naming::Args),
     /// Fly every fault of the table and judge how the backseat copes
     Faults(fault_table::Args),
     /// A planned identification mission against a lawnmower and open-loop inputs
@@ -175,6 +181,7 @@ impl Lab {
             LabCommand::Identification(arguments) => arguments.run(),
             LabCommand::FaultDetection(arguments) => arguments.run(),
             LabCommand::Judge(arguments) => judge::run(arguments),
+            LabCommand::Naming(arguments) => naming::run(arguments),
             LabCommand::Faults(arguments) => fault_table::run(arguments),
             LabCommand::Plan(arguments) => arguments.run(),
             LabCommand::SingleLog(arguments) => single_logs::run(arguments),

@@ -7,8 +7,8 @@ use crate::{BackseatError, Ports};
 use backseat_core::navigation::Sensor;
 use backseat_logs::session::{Event, Writer};
 use backseat_wire::hostlink::{
-    Chunk, Decoder, FromBoard, FusionTelemetry, Identification, MAX_FRAME, Port, Refusal, Step, StepDone, Telemetry,
-    ToBoard, Waypoint, encode,
+    Chunk, Decoder, FromBoard, FusionTelemetry, Identification, MAX_FRAME, Naming, Port, Refusal, Step, StepDone,
+    Telemetry, ToBoard, Waypoint, encode,
 };
 use backseat_wire::ship_state::Key;
 use std::thread::sleep;
@@ -55,6 +55,8 @@ pub struct StepOutput {
     pub fusions: Vec<FusionRecord>,
     /// What it identified, if it reports that.
     pub identification: Option<Identification>,
+    /// What it names of what has changed, if it reports that.
+    pub naming: Option<Naming>,
     /// Running digest of filter state and covariance.
     pub digest: u64,
 }
@@ -358,6 +360,7 @@ impl<P: Ports> Client<P> {
         let mut telemetry = None;
         let mut fusions = Vec::new();
         let mut identification = None;
+        let mut naming = None;
         let answer = self.receive(|message| match message {
             FromBoard::StepDone(done) => Some(Ok(done)),
             FromBoard::Refused(refusal @ Refusal::OwnClock) => Some(Err(refusal)),
@@ -371,6 +374,10 @@ impl<P: Ports> Client<P> {
             }
             FromBoard::Identification(record) => {
                 identification = Some(record);
+                None
+            }
+            FromBoard::Naming(record) => {
+                naming = Some(record);
                 None
             }
             _ => None,
@@ -392,7 +399,7 @@ impl<P: Ports> Client<P> {
             sent[port as usize] = ahead.drain(..usize::from(count)).collect();
         }
         self.tape.write_outputs(digest, &sent)?;
-        Ok(StepOutput { sent, telemetry, fusions, identification, digest })
+        Ok(StepOutput { sent, telemetry, fusions, identification, naming, digest })
     }
 
     /// Forgets what the device ports carried before the board restarted, while it ran on its own

@@ -125,6 +125,14 @@ fn cutting_the_streams_changes_nothing() {
 }
 
 #[test]
+fn naming_only_watches() {
+    let whole = fly(&mut Direct::new(None), 200);
+    let mut board = Direct::new(None);
+    parameters(&mut board, &[("app.naming", 0.0)]);
+    assert_eq!(fly(&mut board, 200), whole);
+}
+
+#[test]
 fn a_restart_leaves_nothing_behind() {
     let mut board = Pumped::new();
     board.step(0, &[], &[]);

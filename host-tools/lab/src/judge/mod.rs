@@ -10,7 +10,7 @@
 
 mod classes;
 mod draw;
-mod numbers;
+pub mod numbers;
 mod page;
 mod watch;
 

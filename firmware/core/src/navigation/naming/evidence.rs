@@ -211,15 +211,16 @@ impl Factor {
         let [first, second] = &rows;
         let dot =
             |a: &[f64; ROWS], b: &[f64; ROWS]| -> f64 { a.iter().zip(b).take(self.rows).map(|(a, b)| a * b).sum() };
-        for (i, (number, row)) in numbers.iter().zip([first, second]).enumerate() {
-            if let Some(number) = number {
-                information[i][i] = number.times(total, number) - dot(row, row);
-                score[i] = number.score(total) - dot(row, &self.y);
-            }
+        let [[own, between], [_, other]] = &mut information;
+        let [score_own, score_other] = &mut score;
+        if let [Some(one), _] = numbers {
+            *own = one.times(total, one) - dot(first, first);
+            *score_own = one.score(total) - dot(first, &self.y);
         }
-        if let [Some(one), Some(other)] = numbers {
-            let between = one.times(total, other) - dot(first, second);
-            (information[0][1], information[1][0]) = (between, between);
+        if let [Some(one), Some(two)] = numbers {
+            *other = two.times(total, two) - dot(second, second);
+            *score_other = two.score(total) - dot(second, &self.y);
+            *between = one.times(total, two) - dot(first, second);
         }
         (information, score)
     }
@@ -238,10 +239,9 @@ impl Factor {
         let (information, score) = self.left(total, &numbers, beside);
         let mut certainty = [1.0; 2];
         let mut mean = [0.0; 2];
-        for (i, part) in parts.iter().enumerate() {
+        for ((certainty, mean), part) in certainty.iter_mut().zip(&mut mean).zip(&parts) {
             if let Some(part) = part {
-                certainty[i] = 1.0 / (part.sigma * part.sigma);
-                mean[i] = part.mean;
+                (*certainty, *mean) = (1.0 / (part.sigma * part.sigma), part.mean);
             }
         }
         let share = 1.0 / colour;

@@ -18,7 +18,7 @@ use crate::navigation::interface::measurement::Measurement;
 use crate::state::{PSI, U, VEHICLE_STATES, VehicleState, X, Y, Z};
 
 /// Onsets that are kept.
-pub(super) const ONSETS: usize = 12;
+pub(super) const ONSETS: usize = 10;
 /// The filter has forgotten an onset after this time, µs: its ranges have come from all around.
 const REMEMBERS_US: u64 = 2_400_000_000;
 
@@ -89,10 +89,12 @@ impl Sensitivities {
 
     /// Forgets one of them.
     pub(super) fn forget_onset(&mut self, at: usize) {
-        if let Some(rest) = self.onsets.get_mut(at..self.kept) {
-            rest.rotate_left(1);
-            self.kept -= 1;
+        for i in at..self.kept.saturating_sub(1) {
+            if let Some([own, next]) = self.onsets.get_mut(i..).and_then(|rest| rest.first_chunk_mut()) {
+                own.clone_from(next);
+            }
         }
+        self.kept = self.kept.saturating_sub(1);
     }
 
     /// Every column that moves.
@@ -184,14 +186,13 @@ fn correct(column: &mut [f64; STATES], gain: &[f64], slope: f64) {
 fn transit(transition: &Transition<'_>, column: &mut [f64; STATES]) {
     let step = transition.step;
     let mut next = [0.0; VEHICLE_STATES];
-    for i in [X, Y, Z, PSI] {
-        next[i] = column[i];
-    }
-    for (slot, phi) in [X, Y].into_iter().zip(step.phi_heading) {
-        next[slot] += phi * column[PSI];
-    }
-    for (&state, phi) in DRIVING.iter().zip(&step.phi) {
-        let g = column[state];
+    let [by_north, by_east] = step.phi_heading;
+    next[X] = column[X] + by_north * column[PSI];
+    next[Y] = column[Y] + by_east * column[PSI];
+    next[Z] = column[Z];
+    next[PSI] = column[PSI];
+    for (state, phi) in DRIVING.iter().zip(&step.phi) {
+        let g = column.get(*state).copied().unwrap_or(0.0);
         next.iter_mut().zip(phi).for_each(|(next, phi)| *next += g * phi);
     }
     column.iter_mut().zip(next).for_each(|(g, next)| *g = next);
@@ -218,8 +219,11 @@ impl Observer for Sensitivities {
             LinearStep::Insert { .. } => {} // a ship's states: not on a vehicle
             LinearStep::Remove { at, count } => {
                 for column in self.columns_mut() {
-                    if *at <= STATES && at + count <= STATES {
-                        column.copy_within(at + count.., *at);
+                    for i in *at..STATES {
+                        let next = column.get(i + count).copied().unwrap_or(0.0);
+                        if let Some(own) = column.get_mut(i) {
+                            *own = next;
+                        }
                     }
                 }
             }

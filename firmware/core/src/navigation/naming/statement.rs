@@ -21,8 +21,14 @@ pub struct Named {
 
 impl Named {
     /// All of its bytes zero.
-    pub(super) const NONE: Self =
-        Self { cause: Cause::FinLost(0), size: [0.0; 2], sigma: [0.0; 2], since_us: 0, probability: 0.0, rival: None };
+    pub(super) const NONE: Self = Self {
+        cause: Cause::FinLost(0),
+        size: [0.0; 2],
+        sigma: [0.0; 2],
+        since_us: 0,
+        probability: 0.0,
+        rival: Some(Cause::FinLost(0)),
+    };
 }
 
 /// What is stated at a time.

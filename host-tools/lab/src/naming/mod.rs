@@ -1,0 +1,57 @@
+//! `cargo lab naming`: does the board name what changes in flight?
+//!
+//! Flights of the default survey without a DVL, closed loop, the vehicle as declared until something changes at a time
+//! that a seed draws. Judged by what the board has sent.
+
+mod draw;
+mod fly;
+mod page;
+
+use crate::ensemble::{PartArgs, all_runs};
+use crate::store::{Key, version};
+use anyhow::Context;
+use backseat_report::console;
+use draw::{Drawn, drawn};
+use std::path::PathBuf;
+
+/// Options of the command.
+#[derive(clap::Args, Clone, Debug)]
+pub struct Args {
+    /// How many flights: of seven in a row four have one cause, one two, one none, and one a cause outside the table
+    #[arg(long, value_name = "N", default_value_t = 7, value_parser = clap::value_parser!(u64).range(1..))]
+    runs: u64,
+    /// Seed of the first; the others follow
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+    /// End each flight after this simulated time
+    #[arg(long, value_name = "MIN", default_value_t = 200.0)]
+    minutes: f64,
+    /// Write the page to this file (Markdown)
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+    #[command(flatten)]
+    part: PartArgs,
+    /// Print one JSON object
+    #[arg(long)]
+    json: bool,
+}
+
+/// Runs it.
+///
+/// # Errors
+/// A flight that fails, a file that cannot be written.
+pub fn run(args: &Args) -> anyhow::Result<()> {
+    let flights: Vec<(Key, Drawn)> = (args.seed..args.seed + args.runs)
+        .map(|seed| Ok(((String::new(), seed), drawn(seed, args.minutes)?)))
+        .collect::<anyhow::Result<_>>()?;
+    let conditions = format!("{} min", args.minutes);
+    let flown =
+        all_runs("naming", &args.part, version("naming", &conditions)?, &flights, |seed, drawn| fly::fly(seed, drawn))?;
+    let Some(flown) = flown else { return Ok(()) };
+    let page = page::page(&flown, args);
+    if let Some(path) = &args.out {
+        std::fs::write(path, &page).with_context(|| path.display().to_string())?;
+    }
+    let text = if args.json { page::json(&flown, args.seed) } else { page };
+    console::print(text.as_bytes())
+}

@@ -1,0 +1,150 @@
+//! The page of `cargo lab naming`: the shares, and every flight with what changed and what was said.
+
+use super::Args;
+use super::draw::Kind;
+use super::fly::{Flown, NAMED_WITHIN_S, Outcome, Said, Statement};
+use crate::intervals::Share;
+use backseat_core::effects::FIN_NAMES;
+use backseat_core::navigation::naming::Cause;
+use backseat_report::markdown::markdown_table;
+use serde_json::json;
+use std::fmt::Write as _;
+
+fn name(number: u8) -> String {
+    let Some(cause) = Cause::from_number(number) else { return "outside".to_owned() };
+    let fin = cause.fin().map(|fin| format!(" {}", FIN_NAMES[fin])).unwrap_or_default();
+    format!("{}{fin}", cause.name())
+}
+
+fn of_kind(flown: &[Flown], kind: Kind) -> Vec<&Flown> {
+    flown.iter().filter(|flight| flight.kind == kind).collect()
+}
+
+struct Shares {
+    first: Share,
+    first_or_rival: Share,
+    sized: Share,
+    both: Share,
+    clean: Share,
+    none_of_these: Share,
+    outside_wrong: Share,
+}
+
+impl Shares {
+    fn of(flown: &[Flown]) -> Self {
+        let [one, two, none, outside] =
+            [Kind::One, Kind::Two, Kind::None, Kind::Outside].map(|kind| of_kind(flown, kind));
+        let offs: Vec<f64> =
+            one.iter().flat_map(|flight| flight.changes.iter().filter_map(|change| flight.off(change))).collect();
+        let in_time = |outcome: &Outcome, rival: bool| match outcome {
+            Outcome::Right(delay_s) => *delay_s <= NAMED_WITHIN_S,
+            Outcome::Rival(delay_s) => rival && *delay_s <= NAMED_WITHIN_S,
+            _ => false,
+        };
+        Self {
+            first: Share::of(&one, |flight| in_time(&flight.outcome(), false)),
+            first_or_rival: Share::of(&one, |flight| in_time(&flight.outcome(), true)),
+            sized: Share::of(&offs, |off| off.abs() < 1.96),
+            both: Share::of(&two, |flight| flight.names_all()),
+            clean: Share::of(&none, |flight| flight.first().is_some()),
+            none_of_these: Share::of(&outside, |flight| flight.ends_unexplained()),
+            outside_wrong: Share::of(&outside, |flight| {
+                flight.first().is_some_and(|first| !first.unexplained) && !flight.ends_unexplained()
+            }),
+        }
+    }
+}
+
+fn said(said: &Said) -> String {
+    let rival = if said.rival > 0 { format!(" or {}", name(said.rival)) } else { String::new() };
+    format!(
+        "{}{rival}, {:.3} ± {:.3}, since {:.1} min",
+        name(said.cause),
+        said.size,
+        1.96 * said.sigma,
+        said.since_s / 60.0
+    )
+}
+
+fn statement(statement: &Statement) -> String {
+    let named: Vec<String> = statement.named.iter().map(said).collect();
+    let none = if statement.unexplained { "none of these; nearest " } else { "" };
+    let what = if named.is_empty() { "nothing".to_owned() } else { named.join("; ") };
+    format!("{:.1} min: {none}{what}", statement.time_s / 60.0)
+}
+
+/// The page in Markdown.
+pub fn page(flown: &[Flown], args: &Args) -> String {
+    let shares = Shares::of(flown);
+    let last = args.seed + args.runs - 1;
+    let mut text = format!(
+        "# Does the board name what changes?\n\nMade by `cargo lab naming --runs {} --seed {} --minutes {}`: {} flights of \
+         the default survey without a DVL, closed loop,\nseeds {} to {last}. A cause is drawn at 10 to 90 minutes. Shares \
+         with 95 % intervals (Wilson).\n\n",
+        args.runs,
+        args.seed,
+        args.minutes,
+        flown.len(),
+        args.seed
+    );
+    let rows = [
+        ("one cause: named first within 20 minutes of its onset", shares.first),
+        ("the same, first or as the rival of the first", shares.first_or_rival),
+        ("size within its 95 % interval, where the right cause is named last", shares.sized),
+        ("two causes: both named, first or as rival", shares.both),
+        ("none: a false cause", shares.clean),
+        ("outside the table: *none of these* at the end", shares.none_of_these),
+        ("outside the table: a name at the end", shares.outside_wrong),
+    ];
+    let mut table = markdown_table(["", "flights"]);
+    for (what, share) in rows {
+        table.add_row([what.to_owned(), share.text()]);
+    }
+    let _ = writeln!(text, "{table}");
+    text.push_str("\n## Every flight\n\nThe first statement, and the last.\n\n");
+    let mut table = markdown_table(["seed", "changed", "first", "first statement", "last statement", "minutes"]);
+    for flight in flown {
+        let changes = flight.changes.iter().map(|change| match change.cause {
+            0 => format!("{} at {:.1} min", change.text.replace('\n', " ").trim(), change.time_s / 60.0),
+            cause => format!("{} {:.3} at {:.1} min", name(cause), change.size, change.time_s / 60.0),
+        });
+        let changes = changes.collect::<Vec<_>>().join("; ");
+        let outcome = match flight.outcome() {
+            Outcome::Right(delay_s) => format!("right, {:.1} min", delay_s / 60.0),
+            Outcome::Rival(delay_s) => format!("rival, {:.1} min", delay_s / 60.0),
+            Outcome::Wrong if flight.changes.is_empty() => "false".to_owned(),
+            Outcome::Wrong => "other".to_owned(),
+            Outcome::Unexplained => "none of these".to_owned(),
+            Outcome::Silent => "silent".to_owned(),
+        };
+        let shown = |found: Option<&Statement>| found.map(statement).unwrap_or_default();
+        table.add_row([
+            flight.number.to_string(),
+            if changes.is_empty() { "none".to_owned() } else { changes },
+            outcome,
+            shown(flight.first()),
+            shown(flight.statements.last()),
+            format!("{:.0}{}", flight.ended_s / 60.0, if flight.finished { "" } else { ", not finished" }),
+        ]);
+    }
+    let _ = writeln!(text, "{table}");
+    text
+}
+
+/// The same as JSON.
+pub fn json(flown: &[Flown], seed: u64) -> String {
+    let shares = Shares::of(flown);
+    let share = |share: Share| json!({ "hits": share.hits, "of": share.of });
+    let value = json!({
+        "seed": seed,
+        "named_first": share(shares.first),
+        "named_first_or_rival": share(shares.first_or_rival),
+        "size_in_interval": share(shares.sized),
+        "both_named": share(shares.both),
+        "false_causes": share(shares.clean),
+        "none_of_these": share(shares.none_of_these),
+        "outside_named": share(shares.outside_wrong),
+        "flights": flown,
+    });
+    format!("{value}\n")
+}
