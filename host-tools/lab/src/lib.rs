@@ -21,6 +21,7 @@ pub mod reproduce;
 mod sampled_lqr;
 mod single_logs;
 mod store;
+mod twins;
 mod wrong_recordings;
 
 use backseat_report::console;
@@ -127,6 +128,8 @@ enum LabCommand {
     WrongRecordings(wrong_recordings::Args),
     /// Whether `diagnose` names and sizes effects of known size that are put into recorded logs
     Injections(injections::Args),
+    /// How often `diagnose` names the right cause in simulated short runs of a torpedo
+    Twins(twins::Args),
     /// Join the stores of the parts of an ensemble
     #[command(after_help = MERGE_EXAMPLES)]
     Merge(MergeArgs),
@@ -164,6 +167,7 @@ impl Lab {
             LabCommand::SingleLog(arguments) => single_logs::run(arguments),
             LabCommand::WrongRecordings(arguments) => wrong_recordings::run(arguments),
             LabCommand::Injections(arguments) => injections::run(arguments),
+            LabCommand::Twins(arguments) => twins::run(arguments),
             LabCommand::Merge(arguments) => arguments.run(),
         }
     }

@@ -2,6 +2,7 @@
 
 mod dataset;
 mod run;
+mod runs;
 mod vessel;
 
 use crate::outcome::Outcome;
@@ -18,6 +19,8 @@ pub enum Simulation {
     Dataset(dataset::Args),
     /// Make the log of a ship's model with propeller and rudder on the surface
     Vessel(vessel::Args),
+    /// Make short runs of a torpedo as a laboratory's control computer logs them
+    Runs(runs::Args),
 }
 
 impl Simulation {
@@ -26,6 +29,7 @@ impl Simulation {
             Self::Run(arguments) => run::run(arguments),
             Self::Dataset(arguments) => dataset::run(arguments).map(Outcome::from),
             Self::Vessel(arguments) => vessel::run(arguments).map(Outcome::from),
+            Self::Runs(arguments) => runs::run(arguments).map(Outcome::from),
         }
     }
 }
