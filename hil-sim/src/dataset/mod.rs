@@ -9,6 +9,7 @@ mod autopilot;
 mod files;
 mod mission;
 mod readings;
+pub mod runs;
 
 pub use files::{effects_json, write, write_effects};
 pub use mission::{Leg, Shape};

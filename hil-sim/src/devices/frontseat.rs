@@ -36,6 +36,22 @@ enum Command {
     Steer { steer: Steer, until_us: u64 },
 }
 
+/// Fastest propeller that a board's parameters admit, rad/s.
+const FASTEST_RADPS: f64 = 1000.0;
+
+/// What servo bytes mean on a vehicle whose propeller turns up to this speed, rad/s: the nominal guess, with a motor byte
+/// that reaches a faster propeller, or a motor before its gear where the vehicle file speaks of that.
+#[must_use]
+pub fn calibration(omega_max_radps: f64) -> ServoCalibration {
+    let mut calibration = ServoCalibration::NOMINAL;
+    let (motor, fastest) = (&mut calibration.motor, omega_max_radps.min(FASTEST_RADPS));
+    if fastest > motor.limit {
+        motor.counts_per_unit *= motor.limit / fastest;
+        motor.limit = fastest;
+    }
+    calibration
+}
+
 /// The emulated frontseat.
 pub struct Frontseat {
     /// Towards the backseat.
@@ -63,12 +79,19 @@ pub struct Frontseat {
 impl Frontseat {
     /// A frontseat on a line of `baud`, at rest at the surface.
     #[must_use]
-    pub fn new(baud: u32, frame: LocalFrame, start_unix_s: u32, declination_rad: f64, faults: FrontseatFaults) -> Self {
+    pub fn new(
+        baud: u32,
+        calibration: ServoCalibration,
+        frame: LocalFrame,
+        start_unix_s: u32,
+        declination_rad: f64,
+        faults: FrontseatFaults,
+    ) -> Self {
         Self {
             transmitter: Uart::new(baud),
             framer: Framer::new(Checksum::Required),
             units: Units::remote_helm(5),
-            calibration: ServoCalibration::NOMINAL,
+            calibration,
             frame,
             start_unix_s,
             declination_rad,

@@ -13,6 +13,7 @@ mod modem;
 pub mod uart;
 
 pub use dvl::MOUNTING_RAD as DVL_MOUNTING_RAD;
+pub use frontseat::calibration;
 pub use geodesy::LocalFrame;
 
 use crate::faults::{Direction, FaultyLine, FrontseatFaults, PacketFaults, SensorFaults};
@@ -71,6 +72,7 @@ impl Devices {
         Self {
             frontseat: Frontseat::new(
                 frontseat,
+                frontseat::calibration(scenario.vehicle.parameters.omega_max_radps),
                 frame,
                 start_unix_s,
                 declination_rad,

@@ -1,7 +1,9 @@
 //! The board's parameters before a flight: vehicle and site.
 
+use crate::devices::calibration;
 use crate::scenario::{ControlLaw, ControlMode, Exchange, Scenario};
 use backseat_app::parameters::AppSettings;
+use backseat_core::control::ControlConfig;
 
 const DEFAULT: AppSettings = AppSettings::DEFAULT;
 /// Resolution of depth in the frontseat's `$C`: a tenth of a foot.
@@ -20,6 +22,18 @@ pub fn board_parameters(scenario: &Scenario) -> Vec<(String, f64)> {
             // Rounding adds the variance of a uniform error.
             *value = (value.powi(2) + DEPTH_STEP_M.powi(2) / 12.0).sqrt();
         }
+    }
+    let motor = calibration(scenario.vehicle.parameters.omega_max_radps).motor;
+    if motor != DEFAULT.servo.motor {
+        let limits = ControlConfig::REFERENCE.limits;
+        let faster = motor.limit / DEFAULT.servo.motor.limit;
+        let of_motor = [
+            ("app.motor_counts_per_radps", motor.counts_per_unit),
+            ("app.motor_limit_radps", motor.limit),
+            ("app.propeller_limit_radps", motor.limit),
+            ("app.propeller_rate_radps2", faster * limits.propeller_radps2),
+        ];
+        values.extend(of_motor.map(|(name, value)| (name.to_owned(), value)));
     }
     let control_law = match backseat.control_law {
         ControlLaw::Pd => 0.0,
@@ -48,6 +62,8 @@ pub fn board_parameters(scenario: &Scenario) -> Vec<(String, f64)> {
         ("app.status_rate_hz", if helm { 10.0 } else { 1.0 }),
     ];
     values.extend(app.map(|(name, value)| (name.to_owned(), value)));
+    // what the vehicle file says of its board, after what is usual
+    values.extend(scenario.vehicle.app.iter().cloned());
     values.extend(cycle(scenario).map(|(name, value)| (name.to_owned(), value)));
     values
 }

@@ -112,6 +112,14 @@ impl Mission {
         }
     }
 
+    /// Gives every leg this speed, m/s.
+    pub fn set_speed(&mut self, speed_mps: f64) {
+        match self {
+            Self::Waypoints(waypoints) => waypoints.iter_mut().for_each(|waypoint| waypoint.speed_mps = speed_mps),
+            Self::Lawnmower(lawnmower) => lawnmower.speed_mps = speed_mps,
+        }
+    }
+
     /// The lines on which the true track is judged; `start_m` is where the first leg begins.
     #[must_use]
     pub fn lines(&self, start_m: [f64; 2]) -> Vec<SurveyLine> {

@@ -209,6 +209,8 @@ settings! {
         fin_area_factor: [f64; 4] as "quantity::factor" = [1.0; 4],
         /// There is a surface at which the hull loses buoyancy.
         surface: bool = true,
+        /// Its hull is round where it leaves the water: awash it loses little. Otherwise buoyancy is in proportion to depth.
+        round_hull: bool = false,
         /// Added to the declared vector from centre of buoyancy to centre of gravity, m.
         cg_offset_m: [f64; 3] as "quantity::lever" = [0.0; 3],
     }

@@ -13,6 +13,7 @@ impl Scenario {
             vehicle: self.vehicle_parameters(),
             undeclared: Undeclared {
                 no_surface: !settings.plant.surface,
+                round_hull: settings.plant.round_hull,
                 disturbance_colour: settings.noise.disturbance(),
                 ..Undeclared::default()
             },
@@ -50,9 +51,12 @@ impl Scenario {
             d26: declared.d26,
             d35: declared.d35,
             linear_surge_ns_per_m: declared.linear_surge_ns_per_m,
+            moment_uu: declared.moment_uu,
+            z_uw: declared.z_uw,
             fins: core::array::from_fn(|i| Fin {
                 phi_rad: declared.fins[i].phi_rad,
                 cp_m: declared.fins[i].cp_m,
+                gain: declared.fins[i].gain,
                 area_m2: declared.fin_area_m2 * plant.fin_area_factor[i],
                 cd: declared.cd,
                 cl: declared.cl,
@@ -62,6 +66,7 @@ impl Scenario {
             servo_rate_radps: plant.servo_rate_radps,
             thrust_n_s2_per_rad2: declared.beta5_n_s2_per_rad2,
             advance_n_s2_per_rad_m: declared.advance_n_s2_per_rad_m,
+            torque_arm_m: declared.torque_arm_m,
             propeller_max_radps: declared.omega_max_radps,
             propeller_lag_s: plant.propeller_lag_s,
             disturbance_per_sqrt_hz: [n1, n2, n3, n4, n5, n6]

@@ -7,6 +7,8 @@ pub struct Fin {
     pub phi_rad: f64,
     /// Centre of pressure from the centre of gravity, m.
     pub cp_m: [f64; 3],
+    /// Its angle over that of its servo.
+    pub gain: f64,
     /// Planform area, m².
     pub area_m2: f64,
     /// β1, β2 of the drag coefficient β1 + β2 α².
@@ -45,6 +47,10 @@ pub struct Parameters {
     pub d35: f64,
     /// Linear drag in surge, N s/m.
     pub linear_surge_ns_per_m: f64,
+    /// Moments about x, y, z per u|u|, N s²/m.
+    pub moment_uu: [f64; 3],
+    /// Force down per |u| w, kg/m.
+    pub z_uw: f64,
     /// Top, bottom, port, starboard.
     pub fins: [Fin; 4],
     /// Stop of the fins, rad.
@@ -55,6 +61,8 @@ pub struct Parameters {
     pub thrust_n_s2_per_rad2: f64,
     /// Thrust lost per propeller speed and speed ahead, N s²/(rad m).
     pub advance_n_s2_per_rad_m: f64,
+    /// Reaction torque over thrust, m; positive rolls to port going ahead.
+    pub torque_arm_m: f64,
     /// Fastest the propeller turns, rad/s.
     pub propeller_max_radps: f64,
     /// Time constant of the propeller's speed, s.

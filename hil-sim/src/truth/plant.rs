@@ -112,6 +112,7 @@ impl State {
 struct Blade {
     /// Normal of the undeflected fin (its z axis), y and z component in body axes.
     normal: [f64; 2],
+    gain: f64,
     cp: [f64; 3],
     half_rho_area: f64,
     cd: [f64; 2],
@@ -131,7 +132,7 @@ impl Blade {
         let heave = w + p * y - q * x;
         let across = self.normal[0] * sway + self.normal[1] * heave;
         let speed = (ahead * ahead + across * across).sqrt();
-        let mut alpha = libm::atan2(across, ahead) + delta;
+        let mut alpha = libm::atan2(across, ahead) + self.gain * delta;
         if alpha > core::f64::consts::PI {
             alpha -= core::f64::consts::TAU;
         } else if alpha < -core::f64::consts::PI {
@@ -159,6 +160,8 @@ pub struct Plant {
     d26: f64,
     d35: f64,
     linear_surge: f64,
+    moment_uu: [f64; 3],
+    z_uw: f64,
     extra_surge: f64,
     sway_asymmetry: f64,
     heave_surge: f64,
@@ -169,6 +172,7 @@ pub struct Plant {
     cb_to_cg: [f64; 3],
     /// 1 / (2 · hull radius): share of the buoyancy gained per metre of depth at the surface.
     emersion_per_m: f64,
+    round_hull: bool,
     /// Deeper than this the surface is not felt at any attitude.
     submerged_m: f64,
     /// Distance of the fore and aft section from the centre of buoyancy.
@@ -197,6 +201,8 @@ impl Plant {
             d26: p.d26,
             d35: p.d35,
             linear_surge: p.linear_surge_ns_per_m,
+            moment_uu: p.moment_uu,
+            z_uw: p.z_uw,
             extra_surge: 0.0,
             sway_asymmetry: undeclared.sway_drag_asymmetry * p.quadratic_drag[1],
             heave_surge: undeclared.heave_surge_n_s2_per_m2,
@@ -205,12 +211,14 @@ impl Plant {
             buoyancy_n_per_m: undeclared.compressibility_kg_per_m * p.g_mps2,
             cb_to_cg: p.cb_to_cg_m,
             emersion_per_m: 0.5 / p.hull_radius_m,
+            round_hull: undeclared.round_hull,
             submerged_m: if undeclared.no_surface { f64::NEG_INFINITY } else { 0.5 * p.length_m + p.hull_radius_m },
             section_m: 0.5 * p.length_m * libm::sqrt(0.6),
             blades: p.fins.map(|fin| {
                 let (sin, cos) = libm::sincos(fin.phi_rad);
                 Blade {
                     normal: [-sin, cos],
+                    gain: fin.gain,
                     cp: fin.cp_m,
                     half_rho_area: 0.5 * p.rho_kg_per_m3 * fin.area_m2,
                     cd: fin.cd,
@@ -220,7 +228,7 @@ impl Plant {
             }),
             thrust: p.thrust_n_s2_per_rad2,
             advance: p.advance_n_s2_per_rad_m,
-            propeller_torque: undeclared.propeller_torque_m,
+            propeller_torque: p.torque_arm_m + undeclared.propeller_torque_m,
         }
     }
 
@@ -233,7 +241,8 @@ impl Plant {
     /// force acts: taken elsewhere, heaving and pitching by turns at the surface would create energy.
     ///
     /// Near the surface the hull is taken in three sections, at the Gauss points of its length; each
-    /// loses its buoyancy in proportion to how far its diameter is out of the water.
+    /// loses its buoyancy in proportion to how far its diameter is out of the water, or to the area of a round section
+    /// that is.
     #[inline]
     fn buoyancy(&self, depth: f64, down_ahead: f64) -> [f64; 2] {
         let full = self.buoyancy_n + self.buoyancy_n_per_m * depth.max(0.0);
@@ -242,7 +251,13 @@ impl Plant {
         }
         let mut sum = [0.0; 2];
         for (share, place) in [(5.0 / 18.0, -self.section_m), (8.0 / 18.0, 0.0), (5.0 / 18.0, self.section_m)] {
-            let wetted = (0.5 + self.emersion_per_m * (depth + down_ahead * place)).clamp(0.0, 1.0);
+            let mut wetted = (0.5 + self.emersion_per_m * (depth + down_ahead * place)).clamp(0.0, 1.0);
+            if self.round_hull {
+                // the segment of a circle below the water, of its area
+                let axis = 2.0 * wetted - 1.0;
+                let dry = libm::acos(axis) - axis * libm::sqrt(1.0 - axis * axis);
+                wetted = 1.0 - dry / core::f64::consts::PI;
+            }
             let buoyancy = share * wetted * full;
             sum[0] += buoyancy;
             sum[1] += buoyancy * place;
@@ -278,6 +293,11 @@ impl Plant {
         k -= d[3] * p.abs() * p;
         m -= d[4] * q.abs() * q + self.d35 * w.abs() * w;
         n -= d[5] * r.abs() * r + self.d26 * v.abs() * v;
+        let along = u.abs() * u;
+        z += self.z_uw * u.abs() * w;
+        k += self.moment_uu[0] * along;
+        m += self.moment_uu[1] * along;
+        n += self.moment_uu[2] * along;
         x -= self.heave_surge * w * w * u.signum();
         y -= self.sway_asymmetry * v * v;
 

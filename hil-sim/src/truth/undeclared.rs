@@ -86,6 +86,8 @@ pub struct Undeclared {
     pub faults: Faults,
     /// The vehicle is under water wherever it is, as the backseat's model has it.
     pub no_surface: bool,
+    /// The hull is round where it leaves the water: awash it loses little of its buoyancy.
+    pub round_hull: bool,
     /// Part of the disturbance is coloured.
     pub disturbance_colour: Option<Colour>,
 }

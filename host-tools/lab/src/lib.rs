@@ -27,6 +27,7 @@ mod single_logs;
 mod store;
 pub mod vessel;
 mod wrap;
+mod twins;
 mod wrong_recordings;
 
 use backseat_report::console;
@@ -149,6 +150,8 @@ enum LabCommand {
   cargo lab results --renew cost emulation
   cargo lab results --made thesis                 after its tables were put into the page")]
     Results(results::Args),
+    /// How often `diagnose` names the right cause in simulated short runs of a torpedo
+    Twins(twins::Args),
     /// Join the stores of the parts of an ensemble
     #[command(after_help = MERGE_EXAMPLES)]
     Merge(MergeArgs),
@@ -190,6 +193,7 @@ impl Lab {
             LabCommand::WrongRecordings(arguments) => wrong_recordings::run(arguments),
             LabCommand::Injections(arguments) => injections::run(arguments),
             LabCommand::Results(arguments) => arguments.run(),
+            LabCommand::Twins(arguments) => twins::run(arguments),
             LabCommand::Merge(arguments) => arguments.run(),
         }
     }

@@ -1,7 +1,8 @@
-//! What short runs of a torpedo show beyond the model of the board: terms of all runs, and terms of each configuration.
+//! What short runs of a torpedo show beyond the other sections of a vehicle file: how late what they record is, and what
+//! differs between configurations.
 //!
 //! They are `[short_runs]` of a vehicle file. `diagnose` of a folder of runs writes them, and `diagnose --predict` uses
-//! them; a term at its default changes nothing.
+//! them; a term at its default changes nothing. The plant of the file is that of the first configuration.
 
 /// One number of the section.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -24,30 +25,23 @@ const fn term(name: &'static str, unit: &'static str, [default, min, max]: [f64;
     Term { name, unit, default, min, max, help }
 }
 
-/// Terms that all runs have in common.
-pub const COMMON: [Term; 11] = [
+/// Terms that all runs have in common, and that no other section has.
+pub const COMMON: [Term; 4] = [
     term("fin_delay_s", "s", [0.0, -3.0, 5.0], "The fins do at t what the row of t - fin_delay_s holds"),
     term("propeller_delay_s", "s", [0.0, -3.0, 5.0], "The same of the propeller"),
     term("attitude_delay_s", "s", [0.0, -1.0, 3.0], "Roll, pitch, heading are this much older than their row"),
-    term("gain_top", "1", [1.0, -1.0, 3.0], "Angle of the top fin over the angle commanded"),
-    term("gain_bottom", "1", [1.0, -1.0, 3.0], "The same of the bottom fin"),
-    term("gain_port", "1", [1.0, -1.0, 3.0], "The same of the port fin"),
-    term("gain_starboard", "1", [1.0, -1.0, 3.0], "The same of the starboard fin"),
-    term("propeller_torque_arm_m", "m", [0.0, -0.5, 0.5], "K = -arm T"),
     term("ahrs_tilt", "1", [0.0, -1.0, 3.0], "Roll and pitch are those of the specific force, in this share"),
-    term("dvl_scale", "1", [0.0, -0.1, 0.1], "The DVL reads (1 + c) times the velocity"),
-    term("z_uw", "kg/m", [0.0, -200.0, 50.0], "Z += z_uw |u| w: lift of the hull"),
 ];
 
-/// Terms that differ between configurations.
+/// What a configuration adds to the other sections.
 pub const OF_CONFIGURATION: [Term; 7] = [
-    term("k_uu", "N s^2/m", [0.0, -20.0, 20.0], "K += k_uu u |u|: roll moment of a hull or fins that are not alike"),
-    term("m_uu", "N s^2/m", [0.0, -20.0, 20.0], "M += m_uu u |u|"),
-    term("n_uu", "N s^2/m", [0.0, -20.0, 20.0], "N += n_uu u |u|"),
-    term("b_x_m", "m", [0.0, -0.2, 0.2], "Added to b_cb_to_cg_m[0]: trim in pitch"),
-    term("b_y_m", "m", [0.0, -0.2, 0.2], "Added to b_cb_to_cg_m[1]: trim in roll"),
-    term("buoyancy_kg", "kg", [0.0, -5.0, 5.0], "Added to displaced_mass_kg"),
-    term("rudder_gain", "1", [0.0, -2.0, 2.0], "Added to gain_top and gain_bottom"),
+    term("k_uu", "N s^2/m", [0.0, -20.0, 20.0], "Added to drag.moment_uu[0]"),
+    term("m_uu", "N s^2/m", [0.0, -20.0, 20.0], "Added to drag.moment_uu[1]"),
+    term("n_uu", "N s^2/m", [0.0, -20.0, 20.0], "Added to drag.moment_uu[2]"),
+    term("b_x_m", "m", [0.0, -0.2, 0.2], "Added to vehicle.b_cb_to_cg_m[0]: trim in pitch"),
+    term("b_y_m", "m", [0.0, -0.2, 0.2], "Added to vehicle.b_cb_to_cg_m[1]: trim in roll"),
+    term("buoyancy_kg", "kg", [0.0, -5.0, 5.0], "Added to vehicle.displaced_mass_kg"),
+    term("rudder_gain", "1", [0.0, -2.0, 2.0], "Added to fins.gain of top and bottom"),
 ];
 
 /// A value with its 95 % interval, where it was estimated.
@@ -116,12 +110,6 @@ impl ShortRuns {
         }
         best.map(|(place, _, whole)| (place, whole))
     }
-}
-
-/// Place of a common term.
-#[must_use]
-pub fn common(name: &str) -> Option<usize> {
-    COMMON.iter().position(|term| term.name == name)
 }
 
 #[cfg(test)]

@@ -2,6 +2,7 @@
 
 mod dataset;
 mod run;
+mod runs;
 
 use crate::outcome::Outcome;
 use anyhow::{Context, anyhow};
@@ -15,6 +16,8 @@ pub enum Simulation {
     Run(run::Args),
     /// Make the log of a vehicle with undeclared effects; the truth goes to a folder of its own
     Dataset(dataset::Args),
+    /// Make short runs of a torpedo as a laboratory's control computer logs them
+    Runs(runs::Args),
 }
 
 impl Simulation {
@@ -22,6 +25,7 @@ impl Simulation {
         match self {
             Self::Run(arguments) => run::run(arguments),
             Self::Dataset(arguments) => dataset::run(arguments).map(Outcome::from),
+            Self::Runs(arguments) => runs::run(arguments).map(Outcome::from),
         }
     }
 }

@@ -3,7 +3,7 @@
 //! In the fin frame F = Rx(φ_i) Ry(δ) the inflow is (u_F, w_F), the incidence
 //! α = atan2(w_F, u_F) and the force −D x_W − L z_W with x_W along the inflow. Turning the frame by δ turns
 //! α by δ and leaves x_W and z_W where they are, so everything is evaluated in the fixed frame
-//! F0 = Rx(φ_i): α = δ + atan2(w, u) and no sine or cosine is needed at run time.
+//! F0 = Rx(φ_i): α = δ + atan2(w, u) and no sine or cosine is needed at run time. δ is the fin's gain times the command.
 
 use super::FinGeometry;
 use crate::state::wrap_angle;
@@ -35,6 +35,8 @@ pub(super) struct Fin {
     z_row: [f64; 6],
     /// Share of its lift and drag that it still has, 1 for a whole fin.
     pub(super) effectiveness: f64,
+    /// Its angle over the angle commanded.
+    gain: f64,
 }
 
 /// Inflow of one fin and what follows from it.
@@ -131,6 +133,7 @@ impl Fin {
             x_row: [1.0, 0.0, 0.0, 0.0, z, -y],
             z_row: [0.0, -sin_phi, cos_phi, cos_phi * y + sin_phi * z, -cos_phi * x, -sin_phi * x],
             effectiveness: 1.0,
+            gain: geometry.gain,
         }
     }
 
@@ -139,7 +142,7 @@ impl Fin {
         let u = v[0] + x[4] * v[4] + x[5] * v[5];
         let w = z[1] * v[1] + z[2] * v[2] + z[3] * v[3] + z[4] * v[4] + z[5] * v[5];
         let speed = libm::sqrt(u * u + w * w);
-        let alpha = delta + libm::atan2(w, u);
+        let alpha = self.gain * delta + libm::atan2(w, u);
         let alpha = if alpha.abs() > PI { wrap_angle(alpha) } else { alpha };
         Inflow { effectiveness: self.effectiveness, u, w, speed, alpha }
     }
@@ -164,7 +167,7 @@ impl Fin {
         let inflow = self.inflow(v, delta);
         let mut wrench = Vector6::zeros();
         self.add_wrench(section.force(&inflow, section.slopes(inflow.alpha)), &mut wrench);
-        wrench
+        wrench * self.gain
     }
 
     /// Adds this fin's columns of G_a: the wrench per unit of β1, β2, β3, β4.

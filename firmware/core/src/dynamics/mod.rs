@@ -1,6 +1,6 @@
 //! The vehicle's 6-DOF equations of motion (3.2)-(3.24), corrected.
 //!
-//! M v̇ = −ad(v) M v − D(v) v + [w s; B x s] + Σ fin wrenches + [T 0 0 0 0 0]ᵀ
+//! M v̇ = −ad(v) M v − D(v) v + [w s; B x s] + Σ fin wrenches + [T 0 0 −arm T 0 0]ᵀ
 //!
 //! Every velocity here is relative to the water. A steady current c moves the vehicle over ground by
 //! ṗ = R ν + c and changes no force: the model is Galilean-invariant, so attitude and body velocity are
@@ -147,6 +147,7 @@ impl VehicleModel {
             fin.add_regressor(&self.section, v, delta, &mut columns);
         }
         columns[(0, 4)] = input.propeller_radps * input.propeller_radps.abs();
+        columns[(3, 4)] = -self.propeller.torque_arm * columns[(0, 4)];
         columns
     }
 
@@ -164,6 +165,7 @@ impl VehicleModel {
     pub fn wrench_by_input(&self, v: &Vector6<f64>, input: &ActuatorInput) -> SMatrix<f64, 6, INPUTS> {
         let mut jacobian = SMatrix::<f64, 6, INPUTS>::zeros();
         jacobian[(0, 0)] = self.propeller.thrust_by_speed(input.propeller_radps, v[0]);
+        jacobian[(3, 0)] = -self.propeller.torque_arm * jacobian[(0, 0)];
         for (i, (fin, &delta)) in self.fins.iter().zip(&input.fins_rad).enumerate() {
             jacobian.set_column(1 + i, &fin.wrench_by_delta(&self.section, v, delta));
         }
@@ -191,11 +193,18 @@ impl VehicleModel {
 
     fn acceleration_at(&self, attitude: &Attitude, v: &Vector6<f64>, input: &ActuatorInput) -> Vector6<f64> {
         let mut wrench = self.restoring.wrench(&attitude.down()) - self.coriolis(v) - self.drag(v);
-        wrench[0] += self.propeller.thrust(input.propeller_radps, v[0]);
+        self.add_thrust(input, v, &mut wrench);
         for (fin, &delta) in self.fins.iter().zip(&input.fins_rad) {
             wrench += fin.wrench(&self.section, v, delta);
         }
         wrench.component_mul(&self.inverse_mass)
+    }
+
+    /// Thrust, and the torque that it costs.
+    fn add_thrust(&self, input: &ActuatorInput, v: &Vector6<f64>, wrench: &mut Vector6<f64>) {
+        let thrust = self.propeller.thrust(input.propeller_radps, v[0]);
+        wrench[0] += thrust;
+        wrench[3] -= self.propeller.torque_arm * thrust;
     }
 
     /// ẋ = f(x, ξ) in still water.
@@ -219,8 +228,10 @@ impl VehicleModel {
         let mut wrench = self.restoring.wrench(&attitude.down()) - self.coriolis(&v) - self.drag(&v);
         let mut by_velocity = -coriolis_by_velocity(&self.parameters.m_diag, &v);
         drag::subtract_drag_by_velocity(&self.parameters, &v, &mut by_velocity);
-        wrench[0] += self.propeller.thrust(input.propeller_radps, v[0]);
-        by_velocity[(0, 0)] += self.propeller.thrust_by_surge(input.propeller_radps);
+        self.add_thrust(input, &v, &mut wrench);
+        let thrust_by_surge = self.propeller.thrust_by_surge(input.propeller_radps);
+        by_velocity[(0, 0)] += thrust_by_surge;
+        by_velocity[(3, 0)] -= self.propeller.torque_arm * thrust_by_surge;
         for (fin, &delta) in self.fins.iter().zip(&input.fins_rad) {
             fin.add_linearised(&self.section, &v, delta, &mut wrench, &mut by_velocity);
         }

@@ -1,4 +1,4 @@
-//! Propeller: thrust along body x (3.24), corrected for reverse, with advance.
+//! Propeller: thrust along body x (3.24), corrected for reverse, with advance; its reaction torque.
 
 /// T = β5 ω|ω| − k ω u.
 ///
@@ -10,11 +10,17 @@ pub struct Propeller {
     pub beta5: f64,
     /// k, N s²/(rad m).
     pub advance: f64,
+    /// Of the reaction torque, K = −arm T, m.
+    pub torque_arm: f64,
 }
 
 impl Propeller {
     pub(super) fn new(parameters: &super::VehicleParameters) -> Self {
-        Self { beta5: parameters.beta5_n_s2_per_rad2, advance: parameters.advance_n_s2_per_rad_m }
+        Self {
+            beta5: parameters.beta5_n_s2_per_rad2,
+            advance: parameters.advance_n_s2_per_rad_m,
+            torque_arm: parameters.torque_arm_m,
+        }
     }
 
     /// Thrust at propeller speed ω (rad/s) and surge u (m/s), N.

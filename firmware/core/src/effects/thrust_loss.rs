@@ -45,5 +45,6 @@ fn plant(values: &[f64], _: f64, plant: &mut VehicleParameters) {
 }
 
 fn wrench_by(_: usize, at: &Motion<'_>) -> Vector6<f64> {
-    Vector6::new(-at.input.propeller_radps * at.velocity[0], 0.0, 0.0, 0.0, 0.0, 0.0)
+    let by_k = -at.input.propeller_radps * at.velocity[0];
+    Vector6::new(by_k, 0.0, 0.0, -at.plant.torque_arm_m * by_k, 0.0, 0.0)
 }

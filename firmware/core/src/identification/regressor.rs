@@ -67,13 +67,16 @@ pub fn cross_drag_columns(v: &Vector6<f64>) -> SMatrix<f64, 6, 2> {
     columns
 }
 
-/// h(v, ξ): the applied wrench of what the vehicle has beyond θ, N and N m: linear surge drag, advance of the propeller
-/// and cross drag, at their declared values.
+/// h(v, ξ): the applied wrench of what the vehicle has beyond θ, N and N m: linear surge drag, advance of the propeller,
+/// cross drag, lift and moments of the hull, at their declared values.
 #[must_use]
 pub fn known_wrench(parameters: &VehicleParameters, v: &Vector6<f64>, input: &ActuatorInput) -> Vector6<f64> {
-    let [_, v_, w, _, q, r] = v.data.0[0].map(|component| component.abs() * component);
+    let [u, v_, w, _, q, r] = v.data.0[0].map(|component| component.abs() * component);
     let (d26, d35) = (parameters.d26, parameters.d35);
     let advance = parameters.advance_n_s2_per_rad_m * input.propeller_radps;
     let surge = -(parameters.linear_surge_ns_per_m + advance) * v[0];
-    Vector6::new(surge, -d26 * r, -d35 * q, 0.0, -d35 * w, -d26 * v_)
+    let lift = parameters.z_uw * v[0].abs() * v[2];
+    let [k, m, n] = parameters.moment_uu.map(|moment_uu| moment_uu * u);
+    let torque = parameters.torque_arm_m * advance * v[0];
+    Vector6::new(surge, -d26 * r, lift - d35 * q, k + torque, m - d35 * w, n - d26 * v_)
 }

@@ -69,7 +69,11 @@ const RULES: [Rule; 10] = [
             "fins.cp_m[0][0]",
             "fins.cp_m[1][0]",
             "fins.cp_m[2][0]",
-            "fins.cp_m[3][0]"
+            "fins.cp_m[3][0]",
+            "fins.gain[0]",
+            "fins.gain[1]",
+            "fins.gain[2]",
+            "fins.gain[3]"
         ],
         "the fins cannot steer: expected fins away from the centre of gravity that turn the vehicle in pitch and in yaw",
         |v, _, _| fins_steer(v)
@@ -252,8 +256,9 @@ fn fins_steer(vehicle: &VehicleParameters) -> bool {
     let (mut pitch, mut yaw) = (0.0, 0.0);
     for fin in &vehicle.fins {
         let (sine, cosine) = libm::sincos(fin.phi_rad);
-        pitch += (fin.cp_m[0] * cosine) * (fin.cp_m[0] * cosine);
-        yaw += (fin.cp_m[0] * sine) * (fin.cp_m[0] * sine);
+        let lever = fin.gain * fin.cp_m[0];
+        pitch += (lever * cosine) * (lever * cosine);
+        yaw += (lever * sine) * (lever * sine);
     }
     let least = 0.05 * vehicle.length_m;
     pitch >= least * least && yaw >= least * least

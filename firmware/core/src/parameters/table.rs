@@ -81,6 +81,8 @@ pub const VEHICLE: &[Row<VehicleParameters>] = &[
     row!(real "drag.d26", "d_26", "N s^2/rad^2", [-1.0e7, 1.0e7], "Off-diagonal drag (4.21): |r| r on sway, |v| v on yaw.", d26),
     row!(real "drag.d35", "d_35", "N s^2/rad^2", [-1.0e7, 1.0e7], "Off-diagonal drag (4.21): |q| q on heave, |w| w on pitch.", d35),
     row!(real "drag.linear_surge_ns_per_m", "d_u", "N s/m", [0.0, 1.0e5], "Linear drag in surge.", linear_surge_ns_per_m),
+    row!(vector[0, 3 of 3] "drag.moment_uu", "K_uu, M_uu, N_uu", "N s^2/m", [-1.0e4, 1.0e4], "Moments with u |u| of a hull that is not symmetric, or of fins off their zero.", moment_uu),
+    row!(real "drag.z_uw", "Z_uw", "kg/m", [-1.0e5, 1.0e5], "Lift of the hull: Z += z_uw |u| w; negative: against the heave.", z_uw),
 
     row!(elements[Shape::Vector(4), 0, 4] "fins.phi_rad", "phi_i", "rad", [-2.0 * PI, 2.0 * PI], "Rotation of the fin's frame about body x; its y axis points outboard.",
         |s, i| s.fins.get(i).map_or(f64::NAN, |fin| fin.phi_rad),
@@ -88,6 +90,10 @@ pub const VEHICLE: &[Row<VehicleParameters>] = &[
     row!(elements[Shape::Matrix(4, 3), 0, 12] "fins.cp_m", "r_i", "m", [-25.0, 25.0], "Centre of pressure of a fin from the centre of gravity, body frame.",
         |s, i| s.fins.get(i / 3).and_then(|fin| fin.cp_m.get(i % 3)).copied().unwrap_or(f64::NAN),
         |s, i, value| if let Some(place) = s.fins.get_mut(i / 3).and_then(|fin| fin.cp_m.get_mut(i % 3)) { *place = value; }),
+    // A fin that turns against its command is wired wrongly; one that does not turn is a fault and no vehicle.
+    row!(elements[Shape::Vector(4), 0, 4] "fins.gain", "", "1", [-3.0, 3.0], "Angle that a fin takes over the angle commanded.",
+        |s, i| s.fins.get(i).map_or(f64::NAN, |fin| fin.gain),
+        |s, i, value| if let Some(fin) = s.fins.get_mut(i) { fin.gain = value; }),
     row!(real "fins.area_m2", "A", "m^2", [1.0e-6, 10.0], "Planform area of one fin.", fin_area_m2),
     row!(vector[0, 1 of 2] "fins.cd", "beta_1", "1", [1.0e-6, 100.0], "Drag coefficient of a fin: beta1 + beta2 alpha^2.", cd),
     row!(vector[1, 1 of 2] "fins.cd", "beta_2", "1/rad^2", [1.0e-6, 100.0], "Drag coefficient of a fin: beta1 + beta2 alpha^2.", cd),
@@ -100,6 +106,7 @@ pub const VEHICLE: &[Row<VehicleParameters>] = &[
 
     row!(real "propeller.beta5_n_s2_per_rad2", "beta_5", "N s^2/rad^2", [1.0e-9, 10.0], "Thrust is beta5 omega |omega| (3.24).", beta5_n_s2_per_rad2),
     row!(real "propeller.advance_n_s2_per_rad_m", "k", "N s^2/(rad m)", [0.0, 10.0], "Thrust lost with speed: k omega u.", advance_n_s2_per_rad_m),
+    row!(real "propeller.torque_arm_m", "", "m", [-1.0, 1.0], "Reaction torque of the propeller over its thrust: K = -arm T; positive rolls to port ahead.", torque_arm_m),
     row!(real "propeller.omega_max_radps", "omega_max", "rad/s", [1.0, 1.0e4], "Largest speed of the propeller.", omega_max_radps),
 ];
 

@@ -12,6 +12,8 @@ pub struct FinGeometry {
     pub phi_rad: f64,
     /// Centre of pressure from the centre of gravity, body frame, m.
     pub cp_m: [f64; 3],
+    /// The angle that it takes over the angle commanded: 1 for a linkage as calibrated.
+    pub gain: f64,
 }
 
 /// What the maker (or an identification) declares about a vehicle.
@@ -44,6 +46,10 @@ pub struct VehicleParameters {
     pub d35: f64,
     /// Linear surge drag, N s/m.
     pub linear_surge_ns_per_m: f64,
+    /// K_uu, M_uu, N_uu: moments u|u| of a hull that is not symmetric, or of fins off their zero, N s²/m.
+    pub moment_uu: [f64; 3],
+    /// Z_uw: lift of the hull, Z += Z_uw |u| w, kg/m.
+    pub z_uw: f64,
     /// The four fins: top, bottom, port, starboard.
     pub fins: [FinGeometry; FINS],
     /// Planform area of one fin, m².
@@ -60,6 +66,8 @@ pub struct VehicleParameters {
     pub beta5_n_s2_per_rad2: f64,
     /// k of thrust −= k ω u (advance of the propeller), N s²/(rad m).
     pub advance_n_s2_per_rad_m: f64,
+    /// Arm of the propeller's reaction torque, K = −arm T, m; positive rolls to port going ahead.
+    pub torque_arm_m: f64,
     /// Largest propeller speed, rad/s.
     pub omega_max_radps: f64,
 }
@@ -81,11 +89,13 @@ impl VehicleParameters {
         d26: 0.0,
         d35: 0.0,
         linear_surge_ns_per_m: 0.0,
+        moment_uu: [0.0; 3],
+        z_uw: 0.0,
         fins: [
-            FinGeometry { phi_rad: -FRAC_PI_2, cp_m: [-0.85, 0.0, -0.13] },
-            FinGeometry { phi_rad: FRAC_PI_2, cp_m: [-0.85, 0.0, 0.13] },
-            FinGeometry { phi_rad: PI, cp_m: [-0.85, -0.13, 0.0] },
-            FinGeometry { phi_rad: 0.0, cp_m: [-0.85, 0.13, 0.0] },
+            FinGeometry { phi_rad: -FRAC_PI_2, cp_m: [-0.85, 0.0, -0.13], gain: 1.0 },
+            FinGeometry { phi_rad: FRAC_PI_2, cp_m: [-0.85, 0.0, 0.13], gain: 1.0 },
+            FinGeometry { phi_rad: PI, cp_m: [-0.85, -0.13, 0.0], gain: 1.0 },
+            FinGeometry { phi_rad: 0.0, cp_m: [-0.85, 0.13, 0.0], gain: 1.0 },
         ],
         fin_area_m2: 0.009,
         cd: [0.02, 1.2],
@@ -95,6 +105,7 @@ impl VehicleParameters {
         delta_max_rad: 0.5236,
         beta5_n_s2_per_rad2: 3.0e-4,
         advance_n_s2_per_rad_m: 0.0,
+        torque_arm_m: 0.0,
         omega_max_radps: 200.0,
     };
 }

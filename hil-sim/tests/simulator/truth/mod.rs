@@ -96,8 +96,19 @@ fn val_open_loop_trajectory_of_the_reference_vectors() {
 
 #[test]
 fn val_agrees_with_the_backseats_model_where_it_should() {
-    let declared = VehicleParameters { d26: 5.0, d35: -4.0, advance_n_s2_per_rad_m: 0.003, ..VehicleParameters::IVER3 };
-    let parameters = Parameters { d26: 5.0, d35: -4.0, advance_n_s2_per_rad_m: 0.003, ..reference() };
+    let mut declared = VehicleParameters {
+        d26: 5.0,
+        d35: -4.0,
+        advance_n_s2_per_rad_m: 0.003,
+        moment_uu: [0.06, -0.3, 0.2],
+        z_uw: -25.0,
+        torque_arm_m: 0.01,
+        ..VehicleParameters::IVER3
+    };
+    let mut scenario = Scenario::built_in("survey").unwrap();
+    declared.fins[0].gain = 0.3;
+    scenario.vehicle.parameters = declared;
+    let parameters = scenario.truth_parameters();
     let (model, plant) = (VehicleModel::new(&declared).unwrap(), Plant::new(&parameters));
     let mut random = Stream::new(5, Source::Disturbance);
     for _ in 0..500 {

@@ -10,6 +10,7 @@ mod page;
 mod report;
 mod sentence;
 pub mod torpedo;
+mod torpedo_drift;
 
 pub use files::{Files, Options};
 pub use report::report;

@@ -1,13 +1,14 @@
 //! `diagnose FOLDER` of a torpedo's short runs, and `diagnose --predict`: as reports.
 
 use super::format::probability;
+use super::torpedo_drift::{drift_table, drift_value};
 use crate::provenance;
 use crate::read_log::{ReadLog, file_name};
 use crate::vehicle::Sizes;
 use anyhow::anyhow;
 use backseat_core::dynamics::ParameterError;
 use backseat_diagnose::torpedo::carry::{self, Drift};
-use backseat_diagnose::torpedo::{self, Found, HORIZONS_S, Parameter, TorpedoDiagnosis, Torque};
+use backseat_diagnose::torpedo::{self, Found, HORIZONS_S, Parameter, Predictions, TorpedoDiagnosis, Torque};
 use backseat_identify::short_runs::predict::{CHANNELS, Squares, start_of};
 use backseat_identify::short_runs::recording::{Wanted, Window, windows};
 use backseat_identify::short_runs::{Draft, Run, RunModel};
@@ -31,7 +32,8 @@ pub fn is_for(log: &Log) -> bool {
 }
 
 /// The textbook's torpedo of this class: the reference vehicle in the sizes of an Iver2, fresh water.
-fn textbook() -> VehicleFile {
+#[must_use]
+pub fn textbook() -> VehicleFile {
     let sizes = Sizes { length_m: Some(1.4), diameter_m: Some(0.147), mass_kg: Some(21.0) };
     let mut file = sizes.scale(&VehicleFile::reference());
     file.name = "iver2-textbook".to_owned();
@@ -63,7 +65,7 @@ pub fn compute(read: &ReadLog, declared: Option<&VehicleFile>) -> anyhow::Result
             vehicle.name
         ));
     }
-    let diagnosis = torpedo::diagnose(&read.log, &vehicle, &mut |what| spinner.set(what))
+    let diagnosis = torpedo::diagnose(&read.log, &vehicle, Predictions::HeldOut, &mut |what| spinner.set(what))
         .map_err(|message| anyhow!("{}: {message}", read.log.path.display()))?;
     notes.extend(diagnosis.notes.iter().cloned());
     let drifts = drifts(&diagnosis)?;
@@ -215,33 +217,6 @@ fn predictions(d: &TorpedoDiagnosis, configuration: usize, horizon: usize) -> Ta
     })
 }
 
-fn drift_table(drifts: &[(String, Drift)]) -> Table {
-    let header = ["run", "way [m]", "textbook", "found", "speed per rpm"];
-    let caption = "Navigation without the DVL, which judges: drift in percent of the way";
-    let percent = |drift: &Drift, place: usize| format!("{:.1}", 100.0 * drift.drift_m[place] / drift.distance_m);
-    let row = |table: Table, label: &str, drift: &Drift| {
-        table.row([
-            label.to_owned(),
-            format!("{:.0}", drift.distance_m),
-            percent(drift, 0),
-            percent(drift, 1),
-            percent(drift, 2),
-        ])
-    };
-    let table = drifts.iter().fold(Table::new(caption, &header), |table, (label, drift)| row(table, label, drift));
-    row(table, "all", &total(drifts))
-}
-
-fn total(drifts: &[(String, Drift)]) -> Drift {
-    drifts.iter().fold(Drift::default(), |mut sum, (_, drift)| {
-        sum.distance_m += drift.distance_m;
-        for place in 0..sum.drift_m.len() {
-            sum.drift_m[place] += drift.drift_m[place];
-        }
-        sum
-    })
-}
-
 /// Measured, textbook and found of one channel over a window, from one start.
 fn lines(run: &Run, models: [&RunModel; 2], window: Window, of: fn([f64; 3], f64) -> f64) -> [Vec<Point>; 3] {
     let samples = &run.samples[window.first..=window.last];
@@ -346,8 +321,6 @@ pub fn picture(result: &RunsResult) -> anyhow::Result<Option<String>> {
 fn values(report: Report, result: &RunsResult) -> Report {
     let d = &result.diagnosis;
     let last = d.steps.len() - 1;
-    let drift = total(&result.drifts);
-    let share = |place: usize| (drift.distance_m > 0.0).then(|| drift.drift_m[place] / drift.distance_m);
     let steps: Vec<Value> = d
         .steps
         .iter()
@@ -372,10 +345,7 @@ fn values(report: Report, result: &RunsResult) -> Report {
         .value("held_out", "each run by a fit to the other runs")
         .value("models", steps)
         .value("stops", d.torque.as_ref().map(stops_value))
-        .value(
-            "drift_share",
-            json!({"distance_m": drift.distance_m, "textbook": share(0), "found": share(1), "speed_per_rpm": share(2)}),
-        )
+        .value("drift_share", drift_value(&result.drifts))
         .value("notes", result.notes.clone())
 }
 

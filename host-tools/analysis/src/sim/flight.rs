@@ -150,16 +150,21 @@ pub fn fly(
 }
 
 fn load(options: &Options) -> anyhow::Result<Scenario> {
-    let mut scenario = match &options.scenario {
-        None => Scenario::built_in("survey")?,
+    let (mut scenario, is_built_in) = match &options.scenario {
+        None => (Scenario::built_in("survey")?, true),
         Some(path) => match path.to_str() {
             // A file of that name goes first.
-            Some(name) if !path.exists() && path.extension().is_none() => Scenario::built_in(name)?,
-            _ => Scenario::load(path)?,
+            Some(name) if !path.exists() && path.extension().is_none() => (Scenario::built_in(name)?, true),
+            _ => (Scenario::load(path)?, false),
         },
     };
     if let Some(vehicle) = &options.vehicle {
         scenario.vehicle = vehicle.clone();
+        // a scenario of the user's own says its speeds
+        if let Some(speed_mps) = vehicle.cruise_speed_mps().filter(|_| is_built_in) {
+            scenario.settings.mission.set_speed(speed_mps);
+            scenario.settings.plant.round_hull = true; // other figures were made with the plain section
+        }
     }
     if let Some(seed) = options.seed {
         scenario.settings.seed = seed;

@@ -9,7 +9,13 @@ use backseat_logs::{VehicleFile, data_sheets};
 use std::f64::consts::PI;
 
 /// Speed of the default mission, m/s.
-pub const MISSION_MPS: f64 = 1.0;
+const MISSION_MPS: f64 = 1.0;
+
+/// Speed that a vehicle is examined at: its own where the file says it, otherwise that of the default mission, m/s.
+#[must_use]
+pub fn own_speed_mps(file: &VehicleFile) -> f64 {
+    file.cruise_speed_mps().unwrap_or(MISSION_MPS)
+}
 
 /// A number that does not fit the others.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -76,7 +82,7 @@ pub fn unflyable(file: &VehicleFile) -> anyhow::Result<Option<String>> {
     if file.parameters == VehicleParameters::IVER3 {
         return Ok(None); // flown by every test
     }
-    let findings = examine(file, MISSION_MPS)?;
+    let findings = examine(file, own_speed_mps(file))?;
     Ok(findings
         .misfits
         .into_iter()
@@ -112,7 +118,7 @@ pub fn examine(file: &VehicleFile, speed_mps: f64) -> anyhow::Result<Findings> {
     };
     findings.misfits.extend(motion_misfits(p, &model, &findings));
     if findings.flies() {
-        let flight = flight::fly(file)?;
+        let flight = flight::fly(file, own_speed_mps(file))?;
         findings.misfits.extend(flight_misfits(&flight));
         findings.flight = Some(flight);
     }
@@ -292,15 +298,15 @@ fn motion_misfits(p: &VehicleParameters, model: &VehicleModel, findings: &Findin
 
 /// What the short flight says.
 fn flight_misfits(flight: &ShortFlight) -> Vec<Misfit> {
-    let [depth_m, wanted_m] = flight.depth_m;
+    let ([depth_m, wanted_m], [speed_mps, wanted_mps]) = (flight.depth_m, flight.speed_mps);
     let mut misfits = Vec::new();
     let mut add = |key, message| misfits.push(Misfit { is_fatal: true, key, message });
     if !flight.ending.is_trustworthy() {
         add("vehicle", format!("in the simulator: {}", flight.ending.headline()));
     } else if (depth_m - wanted_m).abs() > 0.5 * wanted_m {
         add("vehicle", format!("in the simulator it runs at {depth_m:.1} m depth where {wanted_m:.1} m are commanded"));
-    } else if flight.speed_mps < 0.5 * MISSION_MPS {
-        add("vehicle", format!("in the simulator it makes {:.2} m/s where 1.0 is commanded", flight.speed_mps));
+    } else if speed_mps < 0.5 * wanted_mps {
+        add("vehicle", format!("in the simulator it makes {speed_mps:.2} m/s where {wanted_mps:.1} is commanded"));
     }
     misfits
 }
@@ -330,6 +336,21 @@ mod tests {
         assert!((1.6..=2.0).contains(&top), "{top}");
         let flight = findings.flight.unwrap();
         assert!((flight.depth_m[0] - 3.0).abs() < 0.3, "{flight:?}");
+    }
+
+    #[test]
+    fn a_vehicle_flies_at_the_speed_and_with_the_fins_that_its_file_says() {
+        // as short runs find a torpedo: light, one fin weak, moments of its own, the motor's speed for the propeller's
+        let mut file = VehicleFile::reference();
+        let p = &mut file.parameters;
+        (p.displaced_mass_kg, p.fins[0].gain, p.moment_uu, p.torque_arm_m) = (38.4, 0.5, [-0.02, 0.1, 0.0], -0.005);
+        (p.beta5_n_s2_per_rad2, p.omega_max_radps) = (p.beta5_n_s2_per_rad2 / 25.0, 5.0 * p.omega_max_radps);
+        file.app = vec![("app.cruise_speed_mps".to_owned(), 1.5), ("app.fin_limit_rad".to_owned(), 0.5)];
+        let findings = examine(&file, own_speed_mps(&file)).unwrap();
+        let fatal: Vec<_> = findings.misfits.iter().filter(|misfit| misfit.is_fatal).collect();
+        assert!(fatal.is_empty(), "{fatal:?}");
+        let flight = findings.flight.unwrap();
+        assert!((flight.speed_mps[0] - 1.5).abs() < 0.15 && (flight.depth_m[0] - 3.0).abs() < 0.3, "{flight:?}");
     }
 
     #[test]

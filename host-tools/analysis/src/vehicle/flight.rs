@@ -24,18 +24,21 @@ pub struct ShortFlight {
     pub depth_m: [f64; 2],
     /// Largest roll and pitch, rad.
     pub largest_rad: [f64; 2],
-    /// Mean speed of the last seconds, m/s.
-    pub speed_mps: f64,
+    /// Mean speed of the last seconds, and the speed commanded, m/s.
+    pub speed_mps: [f64; 2],
 }
 
-/// Flies the beginning of the default mission.
+/// Flies the beginning of the default mission at a speed.
 ///
 /// # Errors
 /// The backseat refuses the vehicle.
-pub fn fly(vehicle: &VehicleFile) -> anyhow::Result<ShortFlight> {
+pub fn fly(vehicle: &VehicleFile, speed_mps: f64) -> anyhow::Result<ShortFlight> {
     let mut scenario = Scenario::built_in("survey")?;
     scenario.settings.duration_s = DURATION_S;
     scenario.vehicle = vehicle.clone();
+    scenario.settings.mission.set_speed(speed_mps);
+    // figures of other vehicles were made with the plain section
+    scenario.settings.plant.round_hull = vehicle.cruise_speed_mps().is_some();
     let wanted_m = scenario.settings.waypoints().iter().map(|waypoint| waypoint.depth_m).fold(0.0, f64::max);
     let mut client = Client::new(InProcess::new());
     let flight = flight::fly(&scenario, &mut client, None, &AtomicBool::new(false), |_| {})?;
@@ -48,6 +51,6 @@ pub fn fly(vehicle: &VehicleFile) -> anyhow::Result<ShortFlight> {
         ending: Ending::of(&scenario, &flight),
         depth_m: [mean(|sample| sample.truth.state[2]), wanted_m],
         largest_rad: [largest(3), largest(4)],
-        speed_mps: mean(|sample| sample.truth.state[6]),
+        speed_mps: [mean(|sample| sample.truth.state[6]), speed_mps],
     })
 }

@@ -7,7 +7,7 @@ mod report;
 mod sizes;
 mod stability;
 
-pub use examination::{Beside, Findings, MISSION_MPS, Misfit, examine, unflyable};
+pub use examination::{Beside, Findings, Misfit, examine, own_speed_mps, unflyable};
 pub use flight::ShortFlight;
 pub use manoeuvres::{Cruise, Dive, Turn};
 pub use report::report;

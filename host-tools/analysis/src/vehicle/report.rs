@@ -71,7 +71,7 @@ fn motion(mut report: Report, findings: &Findings) -> Report {
     let words = format!(
         "{:.0} s of the default mission: {:.2} m/s at {depth:.1} m of {wanted:.1} m, roll to {roll:.0} deg, pitch to \
          {pitch:.0} deg",
-        flight.duration_s, flight.speed_mps
+        flight.duration_s, flight.speed_mps[0]
     );
     report.fact("simulated", words)
 }
@@ -113,7 +113,7 @@ fn json(file: &VehicleFile, findings: &Findings) -> Value {
         "modes": modes,
         "beside_slender_body": beside,
         "flight": findings.flight.map(|f| json!({"duration_s": f.duration_s, "ending": f.ending.name(),
-            "depth_m": f.depth_m[0], "commanded_depth_m": f.depth_m[1], "speed_mps": f.speed_mps,
+            "depth_m": f.depth_m[0], "commanded_depth_m": f.depth_m[1], "speed_mps": f.speed_mps[0], "commanded_mps": f.speed_mps[1],
             "largest_roll_rad": f.largest_rad[0], "largest_pitch_rad": f.largest_rad[1]})),
         "misfits": misfits,
     })

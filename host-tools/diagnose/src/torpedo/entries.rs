@@ -74,7 +74,7 @@ pub const ENTRIES: [Entry; 16] = [
     ),
     entry(
         "rudder_gain",
-        "gain_top, gain_bottom += rudder_gain, for each configuration but the first",
+        "gain of top and bottom += rudder_gain, for each configuration but the first",
         "The same rudder turns the vehicle less in one configuration than in another",
         &[("fin_gain", DOUBLET)],
     ),

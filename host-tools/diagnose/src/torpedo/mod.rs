@@ -13,7 +13,7 @@ mod selection;
 mod textbook;
 mod torque;
 
-pub use selection::{Found, HORIZONS_S, Parameter, Step, TorpedoDiagnosis, diagnose};
+pub use selection::{Found, HORIZONS_S, Parameter, Predictions, Step, TorpedoDiagnosis, diagnose, t_quantile};
 pub use torque::Torque;
 
 use backseat_identify::short_runs::{self, Draft, Run, predict::Squares};

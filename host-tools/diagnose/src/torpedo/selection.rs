@@ -9,7 +9,7 @@ use backseat_identify::short_runs::predict::{CHANNELS, Squares, open_loop};
 use backseat_identify::short_runs::recording::{Wanted, windows};
 use backseat_identify::short_runs::unknowns::{Place, coefficients, into_vehicle, of_effect};
 use backseat_identify::short_runs::{self, Draft, Fit, Problem, Run, Unknown};
-use backseat_logs::short_runs::{COMMON, Configuration, OF_CONFIGURATION, Value};
+use backseat_logs::short_runs::{COMMON, Configuration, OF_CONFIGURATION};
 use backseat_logs::stats::f_tail;
 use backseat_logs::{Log, VehicleFile};
 use nalgebra::{DMatrix, DVector};
@@ -109,11 +109,25 @@ struct Selected<'a> {
     fit: Fit,
 }
 
+/// Whether predictions of runs that a fit had not are wanted: they take most of the time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Predictions {
+    /// Of each run by a fit to the others, before and after each effect.
+    HeldOut,
+    /// None: what the runs show is all that is asked.
+    LeftOut,
+}
+
 /// Diagnoses the runs of a log; `progress` receives what is done.
 ///
 /// # Errors
 /// In one line: too few runs, or a fit that does not converge.
-pub fn diagnose(log: &Log, declared: &VehicleFile, progress: &mut dyn FnMut(&str)) -> Result<TorpedoDiagnosis, String> {
+pub fn diagnose(
+    log: &Log,
+    declared: &VehicleFile,
+    predictions: Predictions,
+    progress: &mut dyn FnMut(&str),
+) -> Result<TorpedoDiagnosis, String> {
     let mut runs = short_runs::runs(log);
     let configurations = configurations::group(&mut runs);
     let (vehicle, mut notes) = textbook::calibrated(declared, &runs);
@@ -196,7 +210,8 @@ pub fn diagnose(log: &Log, declared: &VehicleFile, progress: &mut dyn FnMut(&str
         cost: None,
         held_out: per_run(&runs, |_, horizon_s| Some(open_loop(&runs, &textbook_models, horizon_s))),
     }];
-    for count in 0..=order.len() {
+    let counts = if predictions == Predictions::HeldOut { 0..order.len() + 1 } else { 0..0 };
+    for count in counts {
         let name = if count == 0 { "its coefficients fitted".to_owned() } else { format!("+ {}", order[count - 1]) };
         progress(&name);
         let of_step = if count == order.len() {
@@ -240,7 +255,8 @@ pub fn diagnose(log: &Log, declared: &VehicleFile, progress: &mut dyn FnMut(&str
     }
     let of_others = |run: usize| base.with(&selected.problem.unknowns, &selected.fit.without(run));
     let without = (0..runs.len()).map(of_others).collect();
-    let mut vehicle = into_vehicle(&vehicle, &draft, &configurations, textbook::usual_mps(&runs));
+    let mut vehicle = into_vehicle(&vehicle, &draft, &configurations);
+    vehicle.app = textbook::of_board(&runs, &vehicle, draft.dvl.scale);
     vehicle.name = format!("{}-runs", declared.name);
     set_intervals(&mut vehicle, &found);
     let coefficients: Vec<Parameter> = places("").into_iter().map(parameter).collect();
@@ -312,7 +328,8 @@ fn gain(selected: &Selected<'_>, effect: &str) -> f64 {
 }
 
 /// Two-sided 95 % quantile of Student's distribution.
-fn t_quantile(degrees: usize) -> f64 {
+#[must_use]
+pub fn t_quantile(degrees: usize) -> f64 {
     let degrees = degrees.max(1) as f64;
     let (mut low, mut high) = (1.9, 13.0);
     for _ in 0..60 {
@@ -324,15 +341,18 @@ fn t_quantile(degrees: usize) -> f64 {
 
 fn parameter(selected: &Selected<'_>, place: usize, sigma: f64, quantile: f64) -> Parameter {
     let unknown = &selected.problem.unknowns[place];
+    let base = &selected.problem.base;
     let (unit, none, declared) = match unknown.place {
-        Place::Common(term) => (COMMON[term].unit, COMMON[term].default, selected.problem.base.common[term]),
-        Place::Of(term, of) => (
-            OF_CONFIGURATION[term].unit,
-            0.0,
-            selected.problem.base.configurations.get(of).map_or(0.0, |all| all[term]),
-        ),
-        Place::DvlDelay => ("s", 0.0, selected.problem.base.dvl_delay_s),
-        Place::DvlYaw => ("rad", 0.0, selected.problem.base.dvl_yaw_rad),
+        Place::FinGain(fin) => ("1", 1.0, base.parameters.fins[fin].gain),
+        Place::HullLift => ("kg/m", 0.0, base.parameters.z_uw),
+        Place::TorqueArm => ("m", 0.0, base.parameters.torque_arm_m),
+        Place::Common(term) => (COMMON[term].unit, COMMON[term].default, base.common[term]),
+        Place::Of(term, of) => {
+            (OF_CONFIGURATION[term].unit, 0.0, base.configurations.get(of).map_or(0.0, |all| all[term]))
+        }
+        Place::DvlDelay => ("s", 0.0, base.dvl.delay_s),
+        Place::DvlYaw => ("rad", 0.0, base.dvl.yaw_rad),
+        Place::DvlScale => ("1", 0.0, base.dvl.scale),
         _ => ("1", 0.0, 0.0),
     };
     let value = declared + selected.fit.values[place];
@@ -365,7 +385,7 @@ fn differences(
             let half = quantile * selected.fit.sigma_of(&[(other, 1.0), (first, -1.0)]);
             let [name, first_name] = [configuration, 0].map(|place| &configurations[place].name);
             differences.push(Parameter {
-                name: format!("{}, {name} less {first_name}", of_term.name),
+                name: difference(of_term.name, name, first_name),
                 unit: of_term.unit,
                 value,
                 ci95: [value - half, value + half],
@@ -400,23 +420,25 @@ fn alike(selected: &Selected<'_>, entry: &'static Entry, has_stops: bool) -> Vec
     entry.confused_with.iter().filter(is_alike).copied().collect()
 }
 
-/// Values with their intervals into the vehicle file.
+/// What a term differs by between two configurations, in words.
+fn difference(term: &str, name: &str, first: &str) -> String {
+    format!("{term}, {name} less {first}")
+}
+
+/// Intervals into the vehicle file: of delays, and of what configurations differ by.
 fn set_intervals(vehicle: &mut VehicleFile, found: &[Found]) {
     let Some(runs) = &mut vehicle.short_runs else { return };
-    for parameter in found.iter().flat_map(|found| &found.parameters) {
-        // the file has trims and buoyancy as differences from the first configuration
-        let set = |value: &mut Value| {
-            let shift = value.value - parameter.value;
-            value.ci95 = Some(parameter.ci95.map(|bound| bound + shift));
-        };
-        if let Some(term) = backseat_logs::short_runs::common(&parameter.name) {
-            set(&mut runs.common[term]);
-        } else if let Some((name, rest)) = parameter.name.split_once('[')
-            && let Some(term) = OF_CONFIGURATION.iter().position(|term| term.name == name)
-            && let Ok(place) = rest.trim_end_matches(']').parse::<usize>()
-            && let Some(configuration) = runs.configurations.get_mut(place)
-        {
-            set(&mut configuration.values[term]);
+    let ci95 = |name: &str| {
+        let mut all = found.iter().flat_map(|found| &found.parameters);
+        all.find(|parameter| parameter.name == name).map(|parameter| parameter.ci95)
+    };
+    for (term, value) in COMMON.iter().zip(&mut runs.common) {
+        value.ci95 = ci95(term.name);
+    }
+    let Some((first, others)) = runs.configurations.split_first_mut() else { return };
+    for configuration in others {
+        for (term, value) in OF_CONFIGURATION.iter().zip(&mut configuration.values) {
+            value.ci95 = ci95(&difference(term.name, &configuration.name, &first.name));
         }
     }
 }

@@ -39,9 +39,23 @@ pub fn calibrated(declared: &VehicleFile, runs: &[Run]) -> (VehicleFile, Vec<Str
     (vehicle, vec![note])
 }
 
-/// Median speed with the motor on under water, m/s.
-pub fn usual_mps(runs: &[Run]) -> f64 {
-    let samples = runs.iter().flat_map(|run| &run.samples).filter(|sample| sample.is_powered() && sample.depth_m > 0.5);
-    let speeds: Vec<f64> = samples.filter_map(|sample| Some(sample.dvl_mps?[0])).filter(|u| *u > 0.5).collect();
-    median(&speeds).unwrap_or(0.0)
+/// What the runs say of a board: its law, the speed that the vehicle is flown at, m/s, and how far its fins are turned,
+/// rad, within their stops. A board that turns them less may not get it below the surface.
+pub fn of_board(runs: &[Run], vehicle: &VehicleFile, dvl_scale: f64) -> Vec<(String, f64)> {
+    let samples = || runs.iter().flat_map(|run| &run.samples).filter(|sample| sample.is_powered());
+    let rounded = |value: f64| (100.0 * value).round() / 100.0;
+    let speeds: Vec<f64> =
+        samples().filter(|sample| sample.depth_m > 0.5).filter_map(|s| Some(s.dvl_mps?[0])).collect();
+    let usual: Vec<f64> = speeds.into_iter().filter(|u| *u > 0.5).map(|u| u / (1.0 + dvl_scale)).collect();
+    let turned = samples().flat_map(|sample| sample.input.fins_rad).fold(0.0, |most: f64, fin| most.max(fin.abs()));
+    // a vehicle that hardly rights itself is beyond what the gains of a linear-quadratic regulator hold
+    let mut all = vec![("app.control_law".to_owned(), 0.0)];
+    // what a board admits as its cruise speed
+    let usual = median(&usual).map(rounded).filter(|speed_mps| (0.5..=3.0).contains(speed_mps));
+    all.extend(usual.map(|speed_mps| ("app.cruise_speed_mps".to_owned(), speed_mps)));
+    let limit_rad = rounded(turned.min(vehicle.parameters.delta_max_rad));
+    if limit_rad > 0.0 {
+        all.push(("app.fin_limit_rad".to_owned(), limit_rad));
+    }
+    all
 }

@@ -2,6 +2,7 @@
 //! forty, and a moment with u² explains the rest as well.
 
 use backseat_identify::short_runs::stops::{Stops, stops};
+use backseat_identify::short_runs::unknowns::Place;
 use backseat_identify::short_runs::{Draft, Fit, Run, Unknown};
 use backseat_logs::short_runs::COMMON;
 use backseat_logs::stats::f_tail;
@@ -46,13 +47,13 @@ impl Torque {
 
     /// What the stops say of an unknown, in its own coordinate: prior and sigma.
     pub(super) fn inform(&self, unknown: &mut Unknown, base: &Draft) {
-        let place = |name: &str| COMMON.iter().position(|term| term.name == name);
-        for (name, [value, sigma]) in
-            [("propeller_torque_arm_m", self.arm_m), ("propeller_delay_s", [self.stops.delay_s, DELAY_S])]
-        {
-            if let Some(term) = place(name).filter(|_| unknown.name == name) {
-                (unknown.prior, unknown.sigma) = (value - base.common[term], sigma);
+        let [arm_m, sigma_m] = self.arm_m;
+        match unknown.place {
+            Place::TorqueArm => (unknown.prior, unknown.sigma) = (arm_m - base.parameters.torque_arm_m, sigma_m),
+            Place::Common(term) if COMMON[term].name == "propeller_delay_s" => {
+                (unknown.prior, unknown.sigma) = (self.stops.delay_s - base.common[term], DELAY_S);
             }
+            _ => {}
         }
     }
 

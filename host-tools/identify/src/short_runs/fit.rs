@@ -4,7 +4,7 @@
 //! the runs do not show stays at the textbook's value. Errors of a prediction are not independent from row to row: their
 //! information is divided by `CORRELATED` rows.
 
-use super::model::{RunModel, common};
+use super::model::{Dvl, RunModel};
 use super::predict::{CHANNELS, errors};
 use super::recording::{Run, Wanted, Window, windows};
 use super::start::{OPEN, measured_state, moved};
@@ -191,7 +191,7 @@ impl Problem<'_> {
             measured: measured_state(
                 &self.runs[window.run],
                 window.first,
-                [self.base.dvl_delay_s.max(0.7), self.base.common[common::DVL_SCALE]],
+                &Dvl { delay_s: self.base.dvl.delay_s.max(0.7), ..self.base.dvl },
             ),
             deviation: SVector::zeros(),
         })

@@ -16,11 +16,26 @@ pub(crate) mod common {
     pub(crate) const FIN_DELAY: usize = 0;
     pub(crate) const PROPELLER_DELAY: usize = 1;
     pub(crate) const ATTITUDE_DELAY: usize = 2;
-    pub(crate) const GAIN: usize = 3;
-    pub(crate) const TORQUE_ARM: usize = 7;
-    pub(crate) const AHRS_TILT: usize = 8;
-    pub(crate) const DVL_SCALE: usize = 9;
-    pub(crate) const Z_UW: usize = 10;
+    pub(crate) const AHRS_TILT: usize = 3;
+}
+
+/// How the DVL reads.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Dvl {
+    /// s.
+    pub delay_s: f64,
+    /// Turn about the vertical, rad.
+    pub yaw_rad: f64,
+    /// It reads (1 + scale) times the velocity.
+    pub scale: f64,
+}
+
+impl Dvl {
+    /// Surge, sway, heave as it reads them, m/s.
+    fn reading(&self, x: &VehicleState) -> [f64; 3] {
+        let (sin, cos) = self.yaw_rad.sin_cos();
+        [cos * x[U] + sin * x[V], cos * x[V] - sin * x[U], x[W]].map(|v| v * (1.0 + self.scale))
+    }
 }
 
 /// What predicts one configuration's runs.
@@ -28,9 +43,7 @@ pub(crate) mod common {
 pub struct RunModel {
     vehicle: VehicleModel,
     terms: [f64; COMMON.len()],
-    of_configuration: [f64; OF_CONFIGURATION.len()],
-    dvl_delay_s: f64,
-    dvl_yaw_rad: f64,
+    dvl: Dvl,
 }
 
 /// What the sensors of a sample read by the model.
@@ -44,66 +57,50 @@ pub struct Reading {
     pub dvl_mps: Option<[f64; 3]>,
 }
 
-/// Places in [`OF_CONFIGURATION`] of what the plant has parameters for: trims and buoyancy.
-pub(crate) const IN_THE_PLANT: core::ops::Range<usize> = B_X..BUOYANCY + 1;
-pub(crate) const B_X: usize = 3;
-pub(crate) const B_Y: usize = 4;
-pub(crate) const BUOYANCY: usize = 5;
-
-/// Trims and buoyancy of a configuration into the plant.
+/// What a configuration adds to the plant.
 pub(crate) fn add_to_plant(plant: &mut VehicleParameters, of_configuration: &[f64; OF_CONFIGURATION.len()]) {
-    let [_, _, _, b_x_m, b_y_m, buoyancy_kg, _] = of_configuration;
+    let [k_uu, m_uu, n_uu, b_x_m, b_y_m, buoyancy_kg, rudder_gain] = of_configuration;
+    plant.moment_uu.iter_mut().zip([k_uu, m_uu, n_uu]).for_each(|(moment, add)| *moment += add);
     plant.b_cb_to_cg_m[0] += b_x_m;
     plant.b_cb_to_cg_m[1] += b_y_m;
     plant.displaced_mass_kg += buoyancy_kg;
+    plant.fins[..2].iter_mut().for_each(|rudder| rudder.gain += rudder_gain);
 }
 
 impl RunModel {
-    /// From parameters and terms; trim and buoyancy of the configuration go into the parameters.
+    /// From parameters, terms, and what the configuration adds to the parameters.
     ///
     /// # Errors
     /// A parameter outside its range.
     pub fn new(
         parameters: &VehicleParameters,
         terms: [f64; COMMON.len()],
-        of_configuration: [f64; OF_CONFIGURATION.len()],
-        [dvl_delay_s, dvl_yaw_rad]: [f64; 2],
+        of_configuration: &[f64; OF_CONFIGURATION.len()],
+        dvl: Dvl,
     ) -> Result<Self, ParameterError> {
         let mut parameters = *parameters;
-        let [.., rudder_gain] = of_configuration;
-        add_to_plant(&mut parameters, &of_configuration);
-        let vehicle = VehicleModel::new(&parameters)?;
-        let mut terms = terms;
-        terms[common::GAIN] += rudder_gain;
-        terms[common::GAIN + 1] += rudder_gain;
-        Ok(Self { vehicle, terms, of_configuration, dvl_delay_s, dvl_yaw_rad })
+        add_to_plant(&mut parameters, of_configuration);
+        Ok(Self { vehicle: VehicleModel::new(&parameters)?, terms, dvl })
     }
 
-    /// How late a DVL reading is, s, and by which share it is too large.
+    /// How the DVL reads.
     #[must_use]
-    pub const fn dvl(&self) -> [f64; 2] {
-        [self.dvl_delay_s, self.terms[common::DVL_SCALE]]
+    pub const fn dvl(&self) -> Dvl {
+        self.dvl
     }
 
-    /// ẋ with the terms.
-    fn derivative(&self, x: &VehicleState, input: &ActuatorInput) -> VehicleState {
-        let mut rate = self.vehicle.derivative(x, input);
-        let mass = &self.vehicle.parameters().m_diag;
-        let [k_uu, m_uu, n_uu, ..] = self.of_configuration;
-        let square = x[U] * x[U].abs();
-        let thrust = self.vehicle.propeller().thrust(input.propeller_radps, x[U]);
-        rate[W] += self.terms[common::Z_UW] * x[U].abs() * x[W] / mass[2];
-        rate[P] += (k_uu * square - self.terms[common::TORQUE_ARM] * thrust) / mass[3];
-        rate[Q] += m_uu * square / mass[4];
-        rate[R] += n_uu * square / mass[5];
-        rate
+    /// The dynamics.
+    #[must_use]
+    pub const fn vehicle(&self) -> &VehicleModel {
+        &self.vehicle
     }
 
     fn step(&self, x: &VehicleState, h_s: f64, input: &ActuatorInput) -> VehicleState {
-        let a = self.derivative(x, input);
-        let b = self.derivative(&(x + a * (0.5 * h_s)), input);
-        let c = self.derivative(&(x + b * (0.5 * h_s)), input);
-        let d = self.derivative(&(x + c * h_s), input);
+        let rate = |x: &VehicleState| self.vehicle.derivative(x, input);
+        let a = rate(x);
+        let b = rate(&(x + a * (0.5 * h_s)));
+        let c = rate(&(x + b * (0.5 * h_s)));
+        let d = rate(&(x + c * h_s));
         x + (a + (b + c) * 2.0 + d) * (h_s / 6.0)
     }
 
@@ -160,18 +157,21 @@ impl RunModel {
             attitude_rad[1] += tilt * (pitch - x[THETA]);
         }
         let depth_m = at(t_s)[Z];
-        let dvl_s = t_s - self.dvl_delay_s;
-        let dvl_mps = (dvl_s >= trail[0].0 - 1e-9).then(|| {
-            let x = at(dvl_s);
-            let (sin, cos) = self.dvl_yaw_rad.sin_cos();
-            [cos * x[U] + sin * x[V], cos * x[V] - sin * x[U], x[W]].map(|v| v * (1.0 + self.terms[common::DVL_SCALE]))
-        });
+        let dvl_s = t_s - self.dvl.delay_s;
+        let dvl_mps = (dvl_s >= trail[0].0 - 1e-9).then(|| self.dvl.reading(&at(dvl_s)));
         Reading { attitude_rad, depth_m, dvl_mps }
+    }
+
+    /// Surge and sway that the DVL reads at a time, by a trail of states; of its start before that, m/s.
+    #[must_use]
+    pub fn dvl_of(&self, trail: &[(f64, VehicleState)], t_s: f64) -> [f64; 2] {
+        let [u, v, _] = self.dvl.reading(&interpolated(trail, t_s - self.dvl.delay_s));
+        [u, v]
     }
 
     /// Roll and pitch of the specific force, as accelerometers have them.
     fn apparent(&self, x: &VehicleState, input: &ActuatorInput) -> [f64; 2] {
-        let rate = self.derivative(x, input);
+        let rate = self.vehicle.derivative(x, input);
         let g = self.vehicle.parameters().g_mps2;
         let velocity = Vector3::new(x[U], x[V], x[W]);
         let rates = Vector3::new(x[P], x[Q], x[R]);
@@ -186,8 +186,7 @@ impl RunModel {
     /// Mean input over a step: fins hold, the propeller's speed moves on between rows.
     fn input(&self, run: &Run, from_s: f64, to_s: f64) -> ActuatorInput {
         let fin_s = self.terms[common::FIN_DELAY];
-        let commanded_rad = held_mean(run, from_s - fin_s, to_s - fin_s);
-        let fins_rad = core::array::from_fn(|fin| self.terms[common::GAIN + fin] * commanded_rad[fin]);
+        let fins_rad = held_mean(run, from_s - fin_s, to_s - fin_s);
         let propeller_s = self.terms[common::PROPELLER_DELAY];
         let propeller_radps = interpolated_speed(run, 0.5 * (from_s + to_s) - propeller_s);
         ActuatorInput { propeller_radps, fins_rad }

@@ -93,5 +93,5 @@ pub fn open_loop(runs: &[Run], models: &[RunModel], length_s: f64) -> Vec<Square
 /// The state a prediction starts from.
 #[must_use]
 pub fn start_of(model: &RunModel, run: &Run, window: Window) -> VehicleState {
-    measured_state(run, window.first, model.dvl())
+    measured_state(run, window.first, &model.dvl())
 }

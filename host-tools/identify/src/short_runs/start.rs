@@ -6,6 +6,7 @@
 //! vehicle rises or sinks by its weight, and heave follows from the depth. What comes later than 1 s after the start is
 //! not used.
 
+use super::model::Dvl;
 use super::recording::{Run, RunSample};
 use backseat_core::state::{P, PHI, PSI, Q, R, THETA, U, V, VehicleState, W, Z};
 
@@ -18,9 +19,9 @@ const PIVOT_M: f64 = 0.3;
 /// Rows further apart give no rate, s.
 const WIDEST_S: f64 = 2.5;
 
-/// The state at a sample, by a DVL that is so late and reads (1 + scale) times the velocity.
+/// The state at a sample, by a DVL that reads so.
 #[must_use]
-pub fn measured_state(run: &Run, index: usize, [dvl_delay_s, dvl_scale]: [f64; 2]) -> VehicleState {
+pub fn measured_state(run: &Run, index: usize, dvl: &Dvl) -> VehicleState {
     let here = &run.samples[index];
     let at_s = here.t_s;
     let beside = |other: usize| run.samples.get(other).filter(|sample| (sample.t_s - at_s).abs() < WIDEST_S / 2.0);
@@ -36,7 +37,7 @@ pub fn measured_state(run: &Run, index: usize, [dvl_delay_s, dvl_scale]: [f64; 2
     let depths: Vec<f64> = run.samples.iter().filter(near).map(|sample| sample.depth_m).collect();
     let is_past = |sample: &&RunSample| {
         let age_s = at_s - sample.t_s;
-        age_s <= DVL_HELD_S + dvl_delay_s.max(0.0) && age_s >= -1e-9
+        age_s <= DVL_HELD_S + dvl.delay_s.max(0.0) && age_s >= -1e-9
     };
     let readings: Vec<f64> = run.samples.iter().filter(is_past).filter_map(|sample| Some(sample.dvl_mps?[0])).collect();
     let mean = |values: &[f64]| {
@@ -50,7 +51,7 @@ pub fn measured_state(run: &Run, index: usize, [dvl_delay_s, dvl_scale]: [f64; 2
     x[P] = roll_rate - heading_rate * sin_pitch;
     x[Q] = pitch_rate * cos_roll + heading_rate * sin_roll * cos_pitch;
     x[R] = -pitch_rate * sin_roll + heading_rate * cos_roll * cos_pitch;
-    x[U] = mean(&readings).unwrap_or(0.0) / (1.0 + dvl_scale);
+    x[U] = mean(&readings).unwrap_or(0.0) / (1.0 + dvl.scale);
     (x[V], x[W]) = (-PIVOT_M * x[R], PIVOT_M * x[Q]);
     if !here.is_powered()
         && let Some(sinks_mps) = depth_rate(run.samples.iter().filter(near))

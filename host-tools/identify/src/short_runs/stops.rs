@@ -156,14 +156,14 @@ fn one(run: &Run, window: Window, draft: &Draft, has_torque: bool) -> Option<([f
     let list = OF_CONFIGURATION.iter().position(|term| term.name == "b_y_m")?;
     let model = |values: &SVector<f64, COUNT>| -> Option<RunModel> {
         let mut draft = draft.clone();
-        draft.common[common::TORQUE_ARM] = values[0];
+        draft.parameters.torque_arm_m = values[0];
         for terms in &mut draft.configurations {
             terms[0] += values[1];
             terms[list] += values[2];
         }
         draft.models().ok()?.into_iter().nth(run.configuration)
     };
-    let start = measured_state(run, window.first, model(&SVector::zeros())?.dvl());
+    let start = measured_state(run, window.first, &model(&SVector::zeros())?.dvl());
     let samples = &run.samples[window.first..=window.last];
     let residuals = |values: &SVector<f64, COUNT>| -> Option<Vec<f64>> {
         let mut start = start;

@@ -66,9 +66,8 @@ fn what_was_put_in_is_found_again_and_survives_the_vehicle_file() {
     let vehicle = VehicleFile::reference();
     let base = Draft::of(&vehicle, 1);
     let mut truth = base.clone();
-    let (torque, delay) = (7, 0);
-    truth.common[torque] = -0.02;
-    truth.common[delay] = 0.3;
+    truth.parameters.torque_arm_m = -0.02;
+    truth.common[0] = 0.3; // the fins' delay
     // a moment with u^2 beside the torque is not put in: four runs do not separate the two
     let runs = flown(&truth, 4);
     let mut unknowns = coefficients();
@@ -79,7 +78,7 @@ fn what_was_put_in_is_found_again_and_survives_the_vehicle_file() {
     let start: Vec<f64> = problem.unknowns.iter().map(|unknown| unknown.prior).collect();
     let fit = problem.fit(&|_| true, &start, &[5.0, 15.0]).unwrap();
     let sigmas = fit.sigmas();
-    for (name, expected) in [("propeller_torque_arm_m", -0.02), ("fin_delay_s", 0.3)] {
+    for (name, expected) in [("torque_arm_m", -0.02), ("fin_delay_s", 0.3)] {
         let place = problem.unknowns.iter().position(|unknown| unknown.name == name).unwrap();
         let (value, sigma) = (fit.values[place], sigmas[place]);
         assert!((value - expected).abs() < 3.0 * sigma, "{name} {value} +- {sigma}, put in {expected}");
@@ -96,7 +95,7 @@ fn what_was_put_in_is_found_again_and_survives_the_vehicle_file() {
     (found.configurations[0][3], found.configurations[0][5]) = (0.002, 0.1);
     let values = OF_CONFIGURATION.map(|term| Value::from(term.default));
     let configuration = Configuration { name: "all".to_owned(), settings: Vec::new(), values };
-    let file = into_vehicle(&vehicle, &found, &[configuration], 1.5);
+    let file = into_vehicle(&vehicle, &found, &[configuration]);
     let added_kg = file.parameters.displaced_mass_kg - vehicle.parameters.displaced_mass_kg;
     assert!((added_kg - 0.1).abs() < 1e-9, "{added_kg}");
     let read = VehicleFile::parse(&file.to_toml("a test"), std::path::Path::new("v.toml")).unwrap();
@@ -108,7 +107,7 @@ fn each_stop_of_the_motor_shows_the_torque_by_itself() {
     let base = Draft::of(&VehicleFile::reference(), 1);
     let arm = |torque_m: f64| {
         let mut truth = base.clone();
-        truth.common[7] = torque_m;
+        truth.parameters.torque_arm_m = torque_m;
         truth.common[0] = 0.2;
         // a moment with u^2 of the other sign, which the model that is given lacks
         truth.configurations[0][0] = -0.4;

@@ -1,7 +1,8 @@
 //! The numbers that are fitted: which they are, their prior, and how they make a model.
 
-use super::model::{B_X, B_Y, BUOYANCY, IN_THE_PLANT, RunModel, add_to_plant, common};
+use super::model::{Dvl, RunModel, add_to_plant, common};
 use backseat_core::dynamics::{ParameterError, VehicleParameters};
+use backseat_core::effects::{FIN_NAMES, ParameterId, dvl_scale};
 use backseat_logs::VehicleFile;
 use backseat_logs::short_runs::{COMMON, Configuration, OF_CONFIGURATION, ShortRuns, Value};
 
@@ -22,6 +23,12 @@ pub enum Place {
     Advance,
     /// Factor e^x of the height of the metacentre, b_z.
     Metacentre,
+    /// Gain of a fin.
+    FinGain(usize),
+    /// Lift of the hull.
+    HullLift,
+    /// Arm of the propeller's torque.
+    TorqueArm,
     /// A common term.
     Common(usize),
     /// A term of one configuration: term, configuration.
@@ -30,6 +37,8 @@ pub enum Place {
     DvlDelay,
     /// Turn of the DVL, rad.
     DvlYaw,
+    /// By which share the DVL reads too much.
+    DvlScale,
 }
 
 /// One number that is fitted.
@@ -56,10 +65,13 @@ pub struct Draft {
     pub common: [f64; COMMON.len()],
     /// Of each configuration.
     pub configurations: Vec<[f64; OF_CONFIGURATION.len()]>,
-    /// s.
-    pub dvl_delay_s: f64,
-    /// rad.
-    pub dvl_yaw_rad: f64,
+    /// How the DVL reads.
+    pub dvl: Dvl,
+}
+
+/// Where a vehicle file has the DVL's scale.
+fn dvl_ratio() -> Option<ParameterId> {
+    ParameterId::find(dvl_scale::INFO.name, "ratio")
 }
 
 impl Draft {
@@ -77,8 +89,11 @@ impl Draft {
             parameters: vehicle.parameters,
             common: declared.common.map(|value| value.value),
             configurations: (0..configurations.max(1)).map(of).collect(),
-            dvl_delay_s: vehicle.installation.dvl_delay_s,
-            dvl_yaw_rad: vehicle.installation.dvl_turn_rad[2],
+            dvl: Dvl {
+                delay_s: vehicle.installation.dvl_delay_s,
+                yaw_rad: vehicle.installation.dvl_turn_rad[2],
+                scale: dvl_ratio().map_or(0.0, |id| vehicle.effects.set.get(id)),
+            },
         }
     }
 
@@ -106,14 +121,18 @@ impl Draft {
             }
             Place::LiftCurve => plant.cl[1] += value,
             Place::Metacentre => plant.b_cb_to_cg_m[2] *= value.exp(),
+            Place::FinGain(fin) => plant.fins[fin].gain += value,
+            Place::HullLift => plant.z_uw += value,
+            Place::TorqueArm => plant.torque_arm_m += value,
             Place::Common(term) => self.common[term] += value,
             Place::Of(term, configuration) => {
                 if let Some(terms) = self.configurations.get_mut(configuration) {
                     terms[term] += value;
                 }
             }
-            Place::DvlDelay => self.dvl_delay_s += value,
-            Place::DvlYaw => self.dvl_yaw_rad += value,
+            Place::DvlDelay => self.dvl.delay_s += value,
+            Place::DvlYaw => self.dvl.yaw_rad += value,
+            Place::DvlScale => self.dvl.scale += value,
         }
     }
 
@@ -122,8 +141,7 @@ impl Draft {
     /// # Errors
     /// A parameter outside its range.
     pub fn models(&self) -> Result<Vec<RunModel>, ParameterError> {
-        let sensors = [self.dvl_delay_s, self.dvl_yaw_rad];
-        self.configurations.iter().map(|terms| RunModel::new(&self.parameters, self.common, *terms, sensors)).collect()
+        self.configurations.iter().map(|of| RunModel::new(&self.parameters, self.common, of, self.dvl)).collect()
     }
 
     /// Whether every number is inside its range; otherwise the name of one that is not.
@@ -178,12 +196,16 @@ pub fn of_effect(effect: &'static str, configurations: usize) -> Vec<Unknown> {
     match effect {
         "input_delay" => vec![common(common::FIN_DELAY, 0.4), common(common::PROPELLER_DELAY, 0.4)],
         "attitude_delay" => vec![common(common::ATTITUDE_DELAY, 0.3)],
-        "fin_gain" => (0..4).map(|fin| common(common::GAIN + fin, 0.5)).collect(),
-        "propeller_torque" => vec![common(common::TORQUE_ARM, 0.05)],
+        "fin_gain" => FIN_NAMES
+            .iter()
+            .enumerate()
+            .map(|(fin, name)| one(&format!("gain_{name}"), Place::FinGain(fin), 0.5))
+            .collect(),
+        "propeller_torque" => vec![one("torque_arm_m", Place::TorqueArm, 0.05)],
         "ahrs_tilt" => vec![common(common::AHRS_TILT, 0.7)],
         "rudder_gain" => each(6, 0.3).skip(1).collect(),
-        "hull_lift" => vec![common(common::Z_UW, 25.0)],
-        "dvl_scale" => vec![common(common::DVL_SCALE, 0.03)],
+        "hull_lift" => vec![one("z_uw", Place::HullLift, 25.0)],
+        "dvl_scale" => vec![one("dvl_scale", Place::DvlScale, 0.03)],
         "lift_curve" => vec![one("cl4", Place::LiftCurve, 3.0)],
         "speed_moment" => each(0, 0.3).chain(each(1, 0.5)).chain(each(2, 0.5)).collect(),
         "pitch_trim" => each(3, 0.005).collect(),
@@ -196,37 +218,21 @@ pub fn of_effect(effect: &'static str, configurations: usize) -> Vec<Unknown> {
     }
 }
 
-/// Takes over what a fit found into a vehicle file. Trim and buoyancy of the first configuration go into the sections that
-/// every command reads, and so do its moments with u² and the propeller's torque, as the trims that they are at the usual
-/// speed; what the configurations have of trims is then the difference.
+/// Takes over what a fit found into a vehicle file. What the first configuration has goes into the sections that every
+/// command reads; the configurations then hold their differences from it.
 #[must_use]
-pub fn into_vehicle(
-    declared: &VehicleFile,
-    draft: &Draft,
-    configurations: &[Configuration],
-    usual_mps: f64,
-) -> VehicleFile {
+pub fn into_vehicle(declared: &VehicleFile, draft: &Draft, configurations: &[Configuration]) -> VehicleFile {
     let mut vehicle = declared.clone();
     vehicle.parameters = draft.parameters;
-    vehicle.installation.dvl_delay_s = draft.dvl_delay_s;
-    vehicle.installation.dvl_turn_rad[2] = draft.dvl_yaw_rad;
-    let mut of_first = [0.0; OF_CONFIGURATION.len()];
-    if let Some(first) = draft.configurations.first() {
-        IN_THE_PLANT.for_each(|term| of_first[term] = first[term]);
-        let plant = &draft.parameters;
-        let [k_uu, m_uu, ..] = first;
-        let square = usual_mps * usual_mps;
-        let fins = 2.0 * plant.rho_kg_per_m3 * plant.fin_area_m2 * plant.cd[0];
-        let thrust_n = (plant.quadratic_diag[0] + fins) * square;
-        let buoyancy_n = (plant.displaced_mass_kg + first[BUOYANCY]) * plant.g_mps2;
-        of_first[B_X] -= m_uu * square / buoyancy_n;
-        of_first[B_Y] += (k_uu * square - draft.common[common::TORQUE_ARM] * thrust_n) / buoyancy_n;
-        add_to_plant(&mut vehicle.parameters, &of_first);
+    vehicle.installation.dvl_delay_s = draft.dvl.delay_s;
+    vehicle.installation.dvl_turn_rad[2] = draft.dvl.yaw_rad;
+    if let Some(ratio) = dvl_ratio() {
+        vehicle.effects.set.set(ratio, draft.dvl.scale);
     }
+    let first = draft.configurations.first().copied().unwrap_or_default();
+    add_to_plant(&mut vehicle.parameters, &first);
     let configurations = configurations.iter().zip(&draft.configurations);
-    let values = |values: &[f64; OF_CONFIGURATION.len()]| {
-        core::array::from_fn(|term| Value::from(values[term] - of_first[term]))
-    };
+    let values = |of: &[f64; OF_CONFIGURATION.len()]| core::array::from_fn(|term| Value::from(of[term] - first[term]));
     vehicle.short_runs = Some(ShortRuns {
         common: draft.common.map(Value::from),
         configurations: configurations

@@ -1,8 +1,9 @@
 //! The vehicle file: everything declared about a vehicle, in TOML with units and ranges.
 //!
 //! Sections and keys are those of `vehicles/iver3.toml`; the table of parameters in `backseat_core` declares them.
-//! `[noise]`, `[sensors]` and `[installation]`, any key in them and `fins.stall_rad` may be left out, `[prior]` and
-//! `[learnt]` as a whole; the values of that file then hold. Every other key must be there, and no other may.
+//! `[noise]`, `[sensors]` and `[installation]`, any key in them and some of the plant that most vehicles do not need may be
+//! left out, `[prior]` and `[learnt]` as a whole; the values of that file then hold. Every other key must be there, and no
+//! other may.
 //! `[effects.NAME]` tables hold effects of the catalogue ([`VehicleEffects`]). A section `[app]` is the board's
 //! ([`BoardFile`]); it is checked all the same. `[short_runs]` holds what runs of a torpedo showed beyond the board's
 //! model ([`ShortRuns`]).
@@ -56,6 +57,8 @@ pub struct VehicleFile {
     pub effects: VehicleEffects,
     /// What short runs showed beyond the other sections.
     pub short_runs: Option<ShortRuns>,
+    /// What the file says of the board, section `[app]`, under its dotted names.
+    pub app: Vec<(String, f64)>,
 }
 
 impl VehicleFile {
@@ -110,7 +113,22 @@ impl VehicleFile {
         }
         text.push_str(&self.effects.to_toml());
         text.push_str(&self.short_runs.as_ref().map_or_else(String::new, short_runs::to_toml));
+        if !self.app.is_empty() {
+            let _ = writeln!(text, "\n[{}]  # what belongs to the board itself", schema::BOARD_SECTION);
+        }
+        for (name, value) in &self.app {
+            if let Some(parameter) = parameters::find(name) {
+                let comment = schema::comment(std::slice::from_ref(parameter));
+                let _ = writeln!(text, "{} = {value:?}  # {comment}", schema::short_key(parameter));
+            }
+        }
         text
+    }
+
+    /// The speed that the vehicle is usually flown at, `[app] cruise_speed_mps`, where the file says it, m/s.
+    #[must_use]
+    pub fn cruise_speed_mps(&self) -> Option<f64> {
+        self.app.iter().find(|(name, _)| name == "app.cruise_speed_mps").map(|(_, value)| *value)
     }
 
     /// Writes the vehicle file, whole or not at all.
@@ -208,10 +226,21 @@ mod tests {
         let mut file = VehicleFile::reference();
         file.name = "a \"quoted\" name".to_owned();
         let third = 1.0 / 3.0;
-        file.apply([("drag.quadratic_diag[3]", third), ("fins.cp_m[3][1]", 0.131)]).unwrap();
+        file.apply([("drag.quadratic_diag[3]", third), ("fins.cp_m[3][1]", 0.131), ("fins.gain[0]", 0.3)]).unwrap();
+        file.app = vec![("app.fin_limit_rad".to_owned(), 0.5), ("app.cruise_speed_mps".to_owned(), 1.42)];
         let text = file.to_toml("identified\nfrom a log");
         assert!(text.starts_with("# identified\n# from a log\n"));
         assert_eq!(VehicleFile::parse(&text, Path::new("v.toml")).unwrap(), file);
+        assert_eq!(file.cruise_speed_mps(), Some(1.42));
+    }
+
+    #[test]
+    fn what_most_vehicles_do_not_need_may_be_left_out() {
+        let is_kept =
+            |line: &&str| !["gain", "moment_uu", "z_uw", "torque_arm_m"].iter().any(|key| line.starts_with(key));
+        let short: Vec<&str> = REFERENCE.lines().filter(is_kept).collect();
+        assert_eq!(short.len(), REFERENCE.lines().count() - 4);
+        assert_eq!(VehicleFile::parse(&short.join("\n"), Path::new("v.toml")).unwrap(), VehicleFile::reference());
     }
 
     #[test]

@@ -88,7 +88,7 @@ pub(super) fn parse(text: &str, path: &Path, whole: bool) -> Result<Contents, Da
     let table_of = |section: &str| {
         root.get_key_value(section).and_then(|(header, table)| Some((header.span(), table.get_ref().as_table()?)))
     };
-    let mut app = Vec::new();
+    let mut app: Vec<(String, f64)> = Vec::new();
     let board = table_of(BOARD_SECTION);
     if let Some((header, table)) = &board {
         let first = numbers.places.len();
@@ -133,11 +133,12 @@ pub(super) fn parse(text: &str, path: &Path, whole: bool) -> Result<Contents, Da
             safety: settings.app.safety,
             effects,
             short_runs,
+            app: app.clone(),
         });
     }
     // A file with [app] alone leaves the vehicle to the board.
     if vehicle.is_some() {
-        let cruise_speed_mps = board.is_some().then_some(numbers.settings.control.cruise_speed_mps);
+        let checked_mps = board.is_some().then_some(numbers.settings.control.cruise_speed_mps);
         if let Err(NotPositiveDefinite(i, j)) = numbers.settings.learnt.check() {
             let (name, other) = (LEARNT_NAMES[i], LEARNT_NAMES[j]);
             let key = format!("learnt.correlation_{name}");
@@ -149,7 +150,7 @@ pub(super) fn parse(text: &str, path: &Path, whole: bool) -> Result<Contents, Da
             );
             return Err(source.error(place.map_or(0..0, |(_, span)| span.clone()), message));
         }
-        if let Err(inconsistent) = joint_check(&numbers.settings.vehicle, cruise_speed_mps, &numbers.settings.learnt) {
+        if let Err(inconsistent) = joint_check(&numbers.settings.vehicle, checked_mps, &numbers.settings.learnt) {
             let named = |(parameter, _): &&(&Parameter, _)| inconsistent.parameters().contains(&parameter.name);
             let span = numbers.places.iter().find(named).map_or(0..0, |(_, span)| span.clone());
             return Err(source.error(span, in_words(inconsistent, &numbers.settings)));

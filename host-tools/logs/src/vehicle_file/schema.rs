@@ -9,7 +9,8 @@ use backseat_core::parameters::{Kind, Shape};
 pub(super) const BOARD_SECTION: &str = "app";
 
 /// Keys of required sections that may be left out.
-pub(super) const OPTIONAL: [&str; 1] = ["fins.stall_rad"];
+pub(super) const OPTIONAL: [&str; 5] =
+    ["fins.stall_rad", "fins.gain", "drag.moment_uu", "drag.z_uw", "propeller.torque_arm_m"];
 
 /// The keys of a section, each with all its numbers.
 pub(super) fn keys(section: &str) -> impl Iterator<Item = &'static [Parameter]> {

@@ -201,7 +201,9 @@ impl FaultMonitor {
         let surge_drag = -parameters.quadratic_diag[0] * v[0].abs() * v[0];
         let thrust = model.propeller().thrust(input.propeller_radps, v[0]);
         let mut wrench = model.restoring().wrench(down) - model.coriolis(v) - model.drag(v);
+        let torque = -model.propeller().torque_arm * thrust;
         wrench[0] += thrust;
+        wrench[3] += torque;
         for fin in &fins {
             wrench += fin;
         }
@@ -217,7 +219,7 @@ impl FaultMonitor {
             add(mode, &-fin);
         }
         add(DRAG, &Vector6::new(surge_drag, 0.0, 0.0, 0.0, 0.0, 0.0));
-        add(THRUST, &Vector6::new(-thrust, 0.0, 0.0, 0.0, 0.0, 0.0));
+        add(THRUST, &Vector6::new(-thrust, 0.0, 0.0, -torque, 0.0, 0.0));
         let g = parameters.g_mps2;
         let (nu, omega) = (Vector3::new(v[0], v[1], v[2]), Vector3::new(v[3], v[4], v[5]));
         let inertial = acceleration.fixed_rows::<3>(0) + omega.cross(&nu);

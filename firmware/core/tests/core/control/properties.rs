@@ -182,7 +182,7 @@ fn allocation_out_of_reach_goes_to_the_limit() {
 #[test]
 fn val_propeller_inverts_the_thrust() {
     for advance in [0.0, 0.003] {
-        let propeller = Propeller { beta5: 3e-4, advance };
+        let propeller = Propeller { beta5: 3e-4, advance, torque_arm: 0.0 };
         for thrust in [0.0, 0.5, 3.0, 12.0] {
             for surge in [0.0, 1.0, 2.5] {
                 let omega = propeller_radps(&propeller, thrust, surge);

@@ -1,7 +1,7 @@
 //! Every derivative against dual numbers through the second derivation of the model.
 
 use super::dual::Dual;
-use super::support::{Random, assert_close, full_parameters, model};
+use super::support::{Random, assert_close, full_parameters, lopsided_parameters, model};
 use super::textbook;
 use backseat_core::dynamics::{ActuatorInput, Attitude, VehicleModel, VehicleParameters, kinematic_linearise};
 use backseat_core::effects::{CATALOGUE, Motion};
@@ -53,7 +53,7 @@ fn assert_agrees(model: &VehicleModel, x: &VehicleState, input: &ActuatorInput) 
 #[test]
 fn val_jacobians_match_dual_numbers_at_random_states() {
     let mut random = Random(1);
-    for parameters in [VehicleParameters::IVER3, full_parameters()] {
+    for parameters in [VehicleParameters::IVER3, full_parameters(), lopsided_parameters()] {
         let model = model(&parameters);
         for _ in 0..500 {
             assert_agrees(&model, &random.state(), &random.input());
@@ -63,7 +63,7 @@ fn val_jacobians_match_dual_numbers_at_random_states() {
 
 #[test]
 fn val_jacobians_match_in_reverse_slow_and_one_axis_motion() {
-    let model = model(&full_parameters());
+    let model = model(&lopsided_parameters());
     let mut random = Random(2);
     for _ in 0..100 {
         let mut x = random.state();
@@ -83,7 +83,7 @@ fn val_jacobians_match_in_reverse_slow_and_one_axis_motion() {
 
 #[test]
 fn val_jacobians_match_at_rest() {
-    let model = model(&full_parameters());
+    let model = model(&lopsided_parameters());
     let mut x = VehicleState::zeros();
     x[3] = 0.2;
     x[4] = -0.3;
@@ -92,7 +92,7 @@ fn val_jacobians_match_at_rest() {
 
 #[test]
 fn val_actuator_regressor_times_beta_is_the_actuator_wrench() {
-    let parameters = VehicleParameters { advance_n_s2_per_rad_m: 0.0, ..full_parameters() };
+    let parameters = VehicleParameters { advance_n_s2_per_rad_m: 0.0, ..lopsided_parameters() };
     let model = model(&parameters);
     let beta = nalgebra::Vector5::new(
         parameters.cd[0],
@@ -106,7 +106,9 @@ fn val_actuator_regressor_times_beta_is_the_actuator_wrench() {
         let v = backseat_core::state::velocity(&random.state());
         let input = random.input();
         let mut wrench: nalgebra::Vector6<f64> = model.fin_wrenches(&v, &input.fins_rad).iter().sum();
-        wrench[0] += model.propeller().thrust(input.propeller_radps, v[0]);
+        let thrust = model.propeller().thrust(input.propeller_radps, v[0]);
+        wrench[0] += thrust;
+        wrench[3] -= parameters.torque_arm_m * thrust;
         // The same sum in another order.
         assert_close(&(model.actuator_regressor(&v, &input) * beta), &wrench, 1e-12, "G_a beta");
     }
@@ -122,13 +124,13 @@ fn val_wrenches_by_effects_are_the_exact_differences() {
             let (x, input) = (random.state(), random.input());
             let (attitude, v) = (backseat_core::state::attitude(&x), backseat_core::state::velocity(&x));
             let wrench = |values: &[f64]| {
-                let mut changed = full_parameters();
+                let mut changed = lopsided_parameters();
                 plant(values, 0.0, &mut changed);
                 let model = model(&changed);
                 model.acceleration(&attitude, &v, &input).component_mul(&Vector6::from(changed.m_diag))
             };
             let (velocity, down) = (v, Attitude::new(&attitude).down());
-            let plant = full_parameters();
+            let plant = lopsided_parameters();
             let motion = Motion { velocity: &velocity, down: &down, input: &input, plant: &plant };
             for (k, parameter) in info.parameters.iter().enumerate() {
                 let step = 1e-3 * parameter.max;

@@ -14,7 +14,7 @@ fn reference_vehicle_is_valid() {
 
 #[test]
 fn every_number_is_checked_and_named() {
-    let every: [(&str, usize, Set); 32] = [
+    let every: [(&str, usize, Set); 37] = [
         ("vehicle.length_m", 0, |p, x| p.length_m = x),
         ("vehicle.diameter_m", 0, |p, x| p.diameter_m = x),
         ("vehicle.mass_kg", 0, |p, x| p.mass_kg = x),
@@ -34,9 +34,13 @@ fn every_number_is_checked_and_named() {
         ("drag.d26", 0, |p, x| p.d26 = x),
         ("drag.d35", 0, |p, x| p.d35 = x),
         ("drag.linear_surge_ns_per_m", 0, |p, x| p.linear_surge_ns_per_m = x),
+        ("drag.moment_uu", 0, |p, x| p.moment_uu[0] = x),
+        ("drag.moment_uu", 2, |p, x| p.moment_uu[2] = x),
+        ("drag.z_uw", 0, |p, x| p.z_uw = x),
         ("fins.phi_rad", 3, |p, x| p.fins[3].phi_rad = x),
         ("fins.cp_m", 0, |p, x| p.fins[0].cp_m[0] = x),
         ("fins.cp_m", 7, |p, x| p.fins[2].cp_m[1] = x),
+        ("fins.gain", 1, |p, x| p.fins[1].gain = x),
         ("fins.area_m2", 0, |p, x| p.fin_area_m2 = x),
         ("fins.cd", 0, |p, x| p.cd[0] = x),
         ("fins.cd", 1, |p, x| p.cd[1] = x),
@@ -46,6 +50,7 @@ fn every_number_is_checked_and_named() {
         ("fins.delta_max_rad", 0, |p, x| p.delta_max_rad = x),
         ("propeller.beta5_n_s2_per_rad2", 0, |p, x| p.beta5_n_s2_per_rad2 = x),
         ("propeller.advance_n_s2_per_rad_m", 0, |p, x| p.advance_n_s2_per_rad_m = x),
+        ("propeller.torque_arm_m", 0, |p, x| p.torque_arm_m = x),
         ("propeller.omega_max_radps", 0, |p, x| p.omega_max_radps = x),
     ];
     for (key, index, set) in every {

@@ -108,6 +108,7 @@ fn ident_parameters(ident: &Value) -> VehicleParameters {
     let fin = |theirs: usize| FinGeometry {
         phi_rad: -fins[5 * theirs],
         cp_m: [fins[5 * theirs + 1], fins[5 * theirs + 2], fins[5 * theirs + 3]],
+        gain: 1.0,
     };
     let six = |from: usize| core::array::from_fn(|i| theta[from + i]);
     VehicleParameters {

@@ -19,6 +19,15 @@ pub fn full_parameters() -> VehicleParameters {
     }
 }
 
+/// The same with what takes or gives energy along a hull that is not symmetric, fins that turn as they like, and torque.
+pub fn lopsided_parameters() -> VehicleParameters {
+    let mut parameters = full_parameters();
+    for (fin, gain) in parameters.fins.iter_mut().zip([0.3, 1.1, 0.9, -0.8]) {
+        fin.gain = gain;
+    }
+    VehicleParameters { moment_uu: [0.06, -0.3, 0.2], z_uw: -25.0, torque_arm_m: 0.02, ..parameters }
+}
+
 pub fn model(parameters: &VehicleParameters) -> VehicleModel {
     VehicleModel::new(parameters).expect("valid parameters")
 }

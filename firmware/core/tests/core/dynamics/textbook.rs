@@ -105,6 +105,12 @@ pub fn derivative<S: Scalar>(parameters: &VehicleParameters, x: &[S; 12], xi: &[
         wrench[row] = wrench[row] - number(d) * square[column];
     }
 
+    // What the flow along the hull does to it.
+    wrench[2] = wrench[2] + number(parameters.z_uw) * v[0].abs() * v[2];
+    for i in 0..3 {
+        wrench[3 + i] = wrench[3 + i] + number(parameters.moment_uu[i]) * square[0];
+    }
+
     // [w s; B x s]
     let s = apply(&transpose(&rotation), [zero, zero, number(1.0)]);
     let weight = (parameters.mass_kg - parameters.displaced_mass_kg) * parameters.g_mps2;
@@ -118,7 +124,7 @@ pub fn derivative<S: Scalar>(parameters: &VehicleParameters, x: &[S; 12], xi: &[
     // Fins (3.10)-(3.23), corrected.
     for (fin, &delta) in parameters.fins.iter().zip(&xi[1..]) {
         let p = fin.cp_m.map(number);
-        let frame = product(&about_x(number(fin.phi_rad)), &about_y(delta));
+        let frame = product(&about_x(number(fin.phi_rad)), &about_y(number(fin.gain) * delta));
         let turned = cross(omega, p);
         let [u, _, w] = apply(&transpose(&frame), [nu[0] + turned[0], nu[1] + turned[1], nu[2] + turned[2]]);
         let alpha = w.atan2(u);
@@ -140,8 +146,10 @@ pub fn derivative<S: Scalar>(parameters: &VehicleParameters, x: &[S; 12], xi: &[
     }
 
     let propeller = xi[0];
-    wrench[0] = wrench[0] + number(parameters.beta5_n_s2_per_rad2) * propeller * propeller.abs()
+    let thrust = number(parameters.beta5_n_s2_per_rad2) * propeller * propeller.abs()
         - number(parameters.advance_n_s2_per_rad_m) * propeller * v[0];
+    wrench[0] = wrench[0] + thrust;
+    wrench[3] = wrench[3] - number(parameters.torque_arm_m) * thrust;
 
     let mut x_dot = [zero; 12];
     x_dot[..3].copy_from_slice(&position);

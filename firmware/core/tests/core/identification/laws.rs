@@ -16,6 +16,9 @@ const FULL: VehicleParameters = VehicleParameters {
     d35: -4.0,
     linear_surge_ns_per_m: 0.7,
     advance_n_s2_per_rad_m: 0.004,
+    moment_uu: [0.06, -0.3, 0.2],
+    z_uw: -25.0,
+    torque_arm_m: 0.02,
     b_cb_to_cg_m: [0.003, -0.002, 0.015],
     ..VEHICLE
 };

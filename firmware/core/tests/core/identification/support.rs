@@ -31,7 +31,7 @@ pub fn number(value: &Value) -> f64 {
 pub const VEHICLE: VehicleParameters = {
     use core::f64::consts::{FRAC_PI_2, PI};
     const fn fin(phi_rad: f64, y: f64, z: f64) -> FinGeometry {
-        FinGeometry { phi_rad, cp_m: [-0.9, y, z] }
+        FinGeometry { phi_rad, cp_m: [-0.9, y, z], gain: 1.0 }
     }
     VehicleParameters {
         length_m: 2.16,

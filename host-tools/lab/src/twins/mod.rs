@@ -1,0 +1,82 @@
+//! `cargo lab twins`: how often `diagnose FOLDER` names the right cause in simulated runs of a torpedo.
+//!
+//! Each seed gives a folder of runs with hidden effects. The folder is read and diagnosed as a user's would be; the answer
+//! is compared with the truth, which it never sees.
+
+mod page;
+mod score;
+
+use crate::ensemble::{PartArgs, all_runs};
+use crate::store::{Key, version};
+use anyhow::Context as _;
+use backseat_analysis::read_log::ReadLog;
+use backseat_diagnose::torpedo;
+use backseat_report::console;
+use hil_sim::dataset::runs::{self, Wanted};
+use score::Twin;
+use std::path::{Path, PathBuf};
+
+const EXAMPLES: &str = "\
+Examples:
+  cargo lab twins --runs 3
+  nice cargo lab twins --runs 100 --store twins.jsonl --out docs/results/torpedo_twins.md";
+
+/// How often `diagnose` names the right cause in simulated short runs of a torpedo
+#[derive(clap::Args, Clone, Debug)]
+#[command(after_help = EXAMPLES)]
+pub struct Args {
+    /// Data sets; each fifth seed has no effect
+    #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u64).range(1..))]
+    runs: u64,
+    /// Seed of the first; the others follow
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    first_seed: u64,
+    /// Runs of each of the two configurations
+    #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u8).range(3..=20))]
+    flown: u8,
+    /// Write the page to this file as well (Markdown)
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+    #[command(flatten)]
+    part: PartArgs,
+}
+
+/// Simulates, diagnoses and tabulates.
+///
+/// # Errors
+/// A folder that cannot be written, a diagnosis that fails.
+pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
+    let seeds = args.first_seed..args.first_seed + args.runs;
+    let jobs: Vec<(Key, Wanted)> = seeds
+        .map(|seed| {
+            let wanted = if seed.is_multiple_of(5) { Wanted::None } else { Wanted::Random };
+            ((String::new(), seed), wanted)
+        })
+        .collect();
+    let version = version("twins", &format!("{} runs a configuration", args.flown))?;
+    let flown = usize::from(args.flown);
+    let Some(twins) = all_runs("data sets", &args.part, version, &jobs, |seed, wanted| twin(seed, *wanted, flown))?
+    else {
+        return Ok(());
+    };
+    let page = page::markdown(&twins, flown);
+    if let Some(path) = &args.out {
+        std::fs::write(path, &page).with_context(|| path.display().to_string())?;
+    }
+    console::print(page.as_bytes())
+}
+
+fn twin(seed: u64, wanted: Wanted, flown: usize) -> anyhow::Result<Twin> {
+    let folder = tempfile::tempdir()?;
+    let (runs, hidden) = runs::simulate(wanted, seed, flown);
+    runs::write(&runs, &hidden, seed, folder.path())?;
+    Ok(Twin::of(seed, &hidden.effects, &found_in(folder.path())?))
+}
+
+/// What is named in a folder of runs.
+fn found_in(folder: &Path) -> anyhow::Result<Vec<torpedo::Found>> {
+    let read = ReadLog::of(folder, None)?;
+    let vehicle = backseat_analysis::diagnose::torpedo::textbook();
+    let diagnosis = torpedo::diagnose(&read.log, &vehicle, torpedo::Predictions::LeftOut, &mut |_| ());
+    Ok(diagnosis.map_err(|message| anyhow::anyhow!("{}: {message}", folder.display()))?.found)
+}
