@@ -25,9 +25,9 @@ mod sampled_lqr;
 mod servo_counts;
 mod single_logs;
 mod store;
+mod twins;
 pub mod vessel;
 mod wrap;
-mod twins;
 mod wrong_recordings;
 
 use backseat_report::console;

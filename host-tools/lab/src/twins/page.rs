@@ -2,8 +2,9 @@
 
 use super::score::Twin;
 use crate::intervals::Share;
+use crate::wrap::wrapped;
 use backseat_diagnose::torpedo::entries::ENTRIES;
-use backseat_report::markdown::{markdown_table, wrapped};
+use backseat_report::markdown::markdown_table;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
