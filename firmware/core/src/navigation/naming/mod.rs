@@ -1,9 +1,11 @@
 //! Naming what has changed, on board and in flight.
 
+mod candidate;
 mod causes;
 mod columns;
 mod evidence;
 mod onset;
+mod scatter;
 mod sensitivities;
 mod statement;
 mod sums;

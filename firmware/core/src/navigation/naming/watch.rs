@@ -1,9 +1,11 @@
 //! The watch: follows the nominal filter, closes a block every twenty seconds, and weighs the causes step by step.
 
+use super::candidate::Candidate;
 use super::causes::{ALL, CAUSES, Cause};
 use super::columns::COLUMNS;
 use super::evidence::{BESIDE, Factor, Number, Weighed};
 use super::onset::{Onset, REMEMBERED};
+use super::scatter::Scatter;
 use super::sensitivities::{ONSETS, Sensitivities};
 use super::statement::{Named, Statement};
 use crate::dynamics::ActuatorInput;
@@ -18,8 +20,6 @@ const BLOCK_US: u64 = 20_000_000;
 const DEEP_M: f64 = 2.0;
 /// ... and only once the vehicle has been there for so long, µs.
 const SETTLED_US: u64 = 60_000_000;
-/// Blocks that count as white before any is seen.
-const PRIOR_BLOCKS: f64 = 12.0;
 /// Each cause begins so often, 1/h.
 const RATE_PER_H: f64 = 1.0e-3;
 /// A cause is stated once it is so much more probable than no change (by Ville's inequality that happens without a cause
@@ -41,56 +41,6 @@ const UNEXPLAINED_DWELL: u16 = 15;
 const NOT_LINEAR_SHARE: f64 = 0.01;
 /// A rival is stated that is at least so probable.
 const RIVAL: f64 = 0.01;
-
-/// How much the scores scatter from block to block.
-#[derive(Clone)]
-struct Scatter {
-    blocks: f64,
-    /// Σ r²/σ², and Σ r r'/σ σ' with the block before.
-    squares: [f64; COLUMNS],
-    lagged: [f64; COLUMNS],
-    last: [f64; COLUMNS],
-}
-
-impl Scatter {
-    const NONE: Self = Self { blocks: 0.0, squares: [0.0; COLUMNS], lagged: [0.0; COLUMNS], last: [0.0; COLUMNS] };
-
-    fn colour(&self) -> [f64; COLUMNS] {
-        let mut colour = [1.0; COLUMNS];
-        for (colour, (squares, lagged)) in colour.iter_mut().zip(self.squares.iter().zip(&self.lagged)) {
-            let scatter = (PRIOR_BLOCKS + squares + lagged) / (PRIOR_BLOCKS + self.blocks);
-            *colour = if scatter > 1.0 { scatter } else { 1.0 };
-        }
-        colour
-    }
-}
-
-/// The best onset of a cause, and the evidence over all onsets.
-#[derive(Clone, Copy)]
-struct Candidate {
-    time_us: u64,
-    weighed: Weighed,
-    /// ln of Σ over the onsets of Δt B, h.
-    log_sum: f64,
-}
-
-impl Candidate {
-    const ZERO: Self = Self { time_us: 0, weighed: Weighed::ZERO, log_sum: 0.0 };
-    const NONE: Self = Self { weighed: Weighed::NOTHING, log_sum: f64::NEG_INFINITY, ..Self::ZERO };
-
-    fn take(&mut self, time_us: u64, hours: f64, weighed: &Weighed) {
-        if weighed.log_ratio > self.weighed.log_ratio {
-            (self.time_us, self.weighed) = (time_us, *weighed);
-        }
-        self.log_sum = log_add(self.log_sum, weighed.log_ratio + libm::log(hours));
-    }
-}
-
-/// ln(eᵃ + eᵇ).
-fn log_add(a: f64, b: f64) -> f64 {
-    let (more, less) = if a > b { (a, b) } else { (b, a) };
-    if less == f64::NEG_INFINITY { more } else { more + libm::log1p(libm::exp(less - more)) }
-}
 
 /// A cause since an onset, by its place in the table; 0 and all bytes zero: none.
 #[derive(Clone, Copy)]
