@@ -103,7 +103,8 @@ impl Sensitivities {
         self.by_column.iter_mut().chain(lasting.flat_map(|onset| &mut onset.columns))
     }
 
-    /// Call it before the filter moves.
+    /// Call it before the filter moves. Its numbers are off the stack again when that does.
+    #[inline(never)]
     pub(super) fn will_predict(&mut self, filter: &Filter, x: &VehicleState, input: &ActuatorInput, hours: f64) {
         let Some(model) = filter.model() else { return };
         let forces = accelerations(model, x, input, hours);
@@ -119,6 +120,7 @@ impl Sensitivities {
         self.counts = counts;
     }
 
+    #[inline(never)]
     fn step(&mut self, transition: &Transition<'_>) {
         let half_s = 0.5 * transition.step_s;
         let Self { by_column, forces, onsets, kept, .. } = self;
@@ -143,6 +145,7 @@ impl Sensitivities {
 }
 
 impl Sensitivities {
+    #[inline(never)]
     fn update(&mut self, update: &ScalarUpdate<'_>) {
         let Self { by_column, shifts, axis, onsets, kept, sums, counts, .. } = self;
         let mut slopes = by_column.each_ref().map(|column| update.row.dot(column));

@@ -186,6 +186,7 @@ impl Naming {
     }
 
     /// Call it before the filter fuses a measurement; the observer that is to see the nominal filter fuse it.
+    #[inline(never)]
     pub fn will_fuse(&mut self, filter: Option<&Filter>, measurement: &Measurement) -> &mut Sensitivities {
         if let Some(filter) = filter {
             let hours = self.hours(filter.time_us());
@@ -201,6 +202,7 @@ impl Naming {
     }
 
     /// Call it once a step, behind the filter.
+    #[inline(never)]
     pub fn step(&mut self, filter: Option<&Filter>) {
         let Some(filter) = filter.filter(|_| self.started) else { return };
         let now_us = filter.time_us();
@@ -223,6 +225,7 @@ impl Naming {
     }
 
     /// What is stated: once after each block while something is, and once more when nothing is any longer.
+    #[inline(never)]
     pub fn take_statement(&mut self) -> Option<Statement> {
         if !core::mem::take(&mut self.is_new) {
             return None;
