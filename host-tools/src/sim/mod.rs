@@ -2,7 +2,7 @@
 
 mod dataset;
 mod run;
-mod runs;
+mod short_runs;
 
 use crate::outcome::Outcome;
 use anyhow::{Context, anyhow};
@@ -17,7 +17,7 @@ pub enum Simulation {
     /// Make the log of a vehicle with undeclared effects; the truth goes to a folder of its own
     Dataset(dataset::Args),
     /// Make short runs of a torpedo as a laboratory's control computer logs them
-    Runs(runs::Args),
+    ShortRuns(short_runs::Args),
 }
 
 impl Simulation {
@@ -25,7 +25,7 @@ impl Simulation {
         match self {
             Self::Run(arguments) => run::run(arguments),
             Self::Dataset(arguments) => dataset::run(arguments).map(Outcome::from),
-            Self::Runs(arguments) => runs::run(arguments).map(Outcome::from),
+            Self::ShortRuns(arguments) => short_runs::run(arguments).map(Outcome::from),
         }
     }
 }

@@ -88,7 +88,7 @@ fn json_is_one_object() {
         (format!("navigate {log} --smooth"), 0),
         (format!("navigate {}", at("moment.csv")), 0),
         (format!("navigate {}", at("absurd.csv")), 3),
-        (format!("identify {samples}/dive.csv.gz"), 0),
+        (format!("identify {samples}/dive.csv.gz"), 3),
         (format!("diagnose {samples}/iver_survey.csv.gz"), 0),
         (format!("diagnose {}", at("useless.csv")), 1),
         (format!("bench {log}"), 0),

@@ -31,7 +31,7 @@ fn get_tells_all_there_is_to_know() {
         assert!(["at once", "restart"].contains(&row[effect..meaning].trim()), "{row}");
     }
     let drag = bench.json(&["params", "get", "PORT", "drag"]);
-    assert_eq!(drag["parameters"].as_array().unwrap().len(), 9);
+    assert_eq!(drag["parameters"].as_array().unwrap().len(), 13);
     let one = bench.json(&["params", "get", "PORT", "fins.cl[1]"]);
     assert_eq!(one["parameters"][0]["default"], -4.0);
     assert!(one["parameters"][0]["description"].as_str().unwrap().contains("Lift"));

@@ -1,4 +1,4 @@
-//! `backseat sim runs`: short runs of a torpedo as a laboratory's control computer logs them.
+//! `backseat sim short-runs`: short runs of a torpedo as a laboratory's control computer logs them.
 
 use crate::output::print;
 use anyhow::bail;
@@ -9,8 +9,8 @@ use std::path::PathBuf;
 /// Command line.
 #[derive(clap::Args, Clone, Debug)]
 #[command(after_help = "Examples:
-  backseat sim runs --effect random --seed 1 --out runs1
-  backseat sim runs --effect none --seed 2 --out runs2
+  backseat sim short-runs --effect random --seed 1 --out runs1
+  backseat sim short-runs --effect none --seed 2 --out runs2
 then
   backseat diagnose runs1")]
 pub struct Args {
