@@ -13,7 +13,9 @@ pub fn report(file: &VehicleFile, findings: &Findings) -> Report {
     let righting = p.displaced_mass_kg * p.g_mps2 * p.b_cb_to_cg_m[2] * 1.0_f64.to_radians();
     let (fatal, odd): (Vec<&Misfit>, Vec<&Misfit>) = findings.misfits.iter().partition(|misfit| misfit.is_fatal);
     let verdict = if fatal.is_empty() { "flies" } else { "does not fly" };
-    let answer = format!("{} {verdict}: {} m x {} m, {} kg.", file.name, p.length_m, p.diameter_m, p.mass_kg);
+    // to the gram, without zeros that say nothing
+    let mass_kg = (p.mass_kg * 1e3).round() / 1e3;
+    let answer = format!("{} {verdict}: {} m x {} m, {mass_kg} kg.", file.name, p.length_m, p.diameter_m);
     let mut report = Report::new(format!("Vehicle {}", file.name), answer)
         .values(json(file, findings))
         .fact("buoyancy", format!("{:+.2} N ({buoyancy_kg:+.3} kg): it {way}", buoyancy_kg * p.g_mps2))

@@ -45,8 +45,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         .map(|seed| Ok(((String::new(), seed), drawn(seed, args.minutes)?)))
         .collect::<anyhow::Result<_>>()?;
     let conditions = format!("{} min", args.minutes);
-    let flown =
-        all_runs("naming", &args.part, version("naming", &conditions)?, &flights, |seed, drawn| fly::fly(seed, drawn))?;
+    let flown = all_runs("naming", &args.part, version("naming", &conditions)?, &flights, fly::fly)?;
     let Some(flown) = flown else { return Ok(()) };
     let page = page::page(&flown, args);
     if let Some(path) = &args.out {
