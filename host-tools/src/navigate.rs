@@ -5,7 +5,7 @@ use crate::outcome::Outcome;
 use crate::output::Output;
 use anyhow::Context;
 use backseat_analysis::effect::terms::Terms;
-use backseat_analysis::navigate::{self, Model, Settings, Trial};
+use backseat_analysis::navigate::{self, Model, RECEIVER_BIAS_M, Settings, Trial};
 use backseat_analysis::read_log::ReadLog;
 use backseat_core::navigation::Area;
 use backseat_logs::{DataError, Truth, VehicleFile};
@@ -62,7 +62,7 @@ pub struct Args {
     #[arg(long, default_value = "coast", value_parser = water())]
     water: Area,
     /// One sigma per axis of the slow errors of the receivers of vehicle and ship, m (protection level)
-    #[arg(long, value_name = "M", default_value_t = 1.5, value_parser = length)]
+    #[arg(long, value_name = "M", default_value_t = RECEIVER_BIAS_M, value_parser = length)]
     receiver_bias: f64,
     /// Log of the ship's GNSS (NMEA with RMC and GGA), joined by time
     #[arg(long, value_name = "SHIP.nmea")]

@@ -17,6 +17,7 @@ with what is wrong and where, a file that is not there ``FileNotFoundError``.
 
 from __future__ import annotations
 
+import errno
 import json
 import os
 from dataclasses import dataclass
@@ -59,7 +60,18 @@ def _figure(count: int, height_in: float) -> Tuple["Figure", Any]:
     return figure, axes[:, 0]
 
 
-def _path(path: Optional[PathLike]) -> Optional[str]:
+def _file(path: PathLike) -> str:
+    """Of a file to be read."""
+    if not os.path.exists(path):
+        raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), os.fspath(path))
+    return os.fspath(path)
+
+
+def _optional_file(path: Optional[PathLike]) -> Optional[str]:
+    return None if path is None else _file(path)
+
+
+def _fspath(path: Optional[PathLike]) -> Optional[str]:
     return None if path is None else os.fspath(path)
 
 
@@ -156,7 +168,7 @@ class Vehicle:
     @classmethod
     def read(cls, path: PathLike) -> "Vehicle":
         """Reads a vehicle file, TOML."""
-        return cls(_backseat.Vehicle.read(os.fspath(path)))
+        return cls(_backseat.Vehicle.read(_file(path)))
 
     @classmethod
     def from_toml(cls, text: str) -> "Vehicle":
@@ -332,7 +344,7 @@ def read(path: PathLike, mapping: Optional[PathLike] = None) -> Log:
 
     ``mapping`` is a file that ``backseat map`` drafts. Look at ``suspicions`` of the result before you use it.
     """
-    return Log(_backseat.Log.read(os.fspath(path), _path(mapping)))
+    return Log(_backseat.Log.read(_file(path), _optional_file(mapping)))
 
 
 def map(table: PathLike) -> Dict[str, Any]:
@@ -341,7 +353,7 @@ def map(table: PathLike) -> Dict[str, Any]:
     ``map`` of the result is the text: read it, write it to a file, and give that to :func:`read`. ``checks`` says what
     physics could not prove, ``doubts`` what contradicts, ``unused`` which columns it did not take.
     """
-    return json.loads(_backseat.map(os.fspath(table)))
+    return json.loads(_backseat.map(_file(table)))
 
 
 def navigate(
@@ -368,7 +380,7 @@ def navigate(
     """
     switches = [not dvl, not range_rate, current, packet, smooth]
     text, track, smoothed, page = _backseat.navigate(
-        _log(log), _vehicle(vehicle), _path(truth), model, switches, report is not None
+        _log(log), _vehicle(vehicle), _optional_file(truth), model, switches, report is not None
     )
     if report is not None:
         _write(Path(report) / "report.html", page, force)
@@ -422,7 +434,7 @@ def diagnose(
     ``report``: a folder for report.html and vehicle.toml.
     """
     text, sentence, vehicle_found, page, figures = _backseat.diagnose(
-        _log(log), _vehicle(vehicle), _path(truth), not dvl, report is not None
+        _log(log), _vehicle(vehicle), _optional_file(truth), not dvl, report is not None
     )
     found = Vehicle(vehicle_found)
     summary = json.loads(text)
@@ -453,5 +465,5 @@ def simulate(
     in ``out/`` if left out. ``force``: fly a vehicle that does not fly.
     """
     wanted = [*effects, *(["random"] if random_effect else [])]
-    text, where = _backseat.simulate(_path(scenario), _vehicle(vehicle), seed, minutes, wanted, _path(out), force)
+    text, where = _backseat.simulate(_fspath(scenario), _vehicle(vehicle), seed, minutes, wanted, _fspath(out), force)
     return Flight(json.loads(text), Path(where))

@@ -11,20 +11,13 @@ mod navigate;
 mod simulate;
 mod vehicle;
 
-use pyo3::exceptions::{PyFileNotFoundError, PyValueError};
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use std::path::PathBuf;
 
 /// The error of a command as Python's.
 fn error(error: impl Into<anyhow::Error>) -> PyErr {
-    let error = error.into();
-    let is_missing = |cause: &std::io::Error| cause.kind() == std::io::ErrorKind::NotFound;
-    let text = format!("{error:#}");
-    if error.chain().filter_map(|cause| cause.downcast_ref()).any(is_missing) {
-        PyFileNotFoundError::new_err(text)
-    } else {
-        PyValueError::new_err(text)
-    }
+    PyValueError::new_err(format!("{:#}", error.into()))
 }
 
 /// A draft of the column mapping of another maker's table: its report as a JSON object.

@@ -26,7 +26,7 @@ use std::time::Instant;
 pub use trial::Trial;
 
 /// How a log is navigated.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub struct Settings {
     /// Process model; the best that the log supports without one.
     pub model: Option<Model>,
@@ -44,6 +44,24 @@ pub struct Settings {
     pub water: Area,
     /// One sigma per axis of the slow errors of the receivers of vehicle and ship, m.
     pub receiver_bias_m: f64,
+}
+
+/// One sigma per axis of the slow errors of a receiver without corrections, m.
+pub const RECEIVER_BIAS_M: f64 = 1.5;
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            model: None,
+            no_dvl: false,
+            no_range_rate: false,
+            current: false,
+            packet: false,
+            smooth: false,
+            water: Area::default(),
+            receiver_bias_m: RECEIVER_BIAS_M,
+        }
+    }
 }
 
 /// What moves the vehicle between measurements.
