@@ -26,7 +26,6 @@ use crate::telemetry;
 use crate::time::{STEP_US, UtcClock};
 use crate::uplink::Uplink;
 use backseat_core::dynamics::VehicleModel;
-use backseat_core::parameters::joint_check;
 use backseat_core::state::Z;
 use backseat_wire::hostlink::{self, FromBoard, ModeReason, Port, Refusal};
 
@@ -480,23 +479,10 @@ impl Backseat {
         }
         Ok(())
     }
-
-    /// Takes the set that a memory held; false when it is not valid as a whole and the old one stays.
-    pub fn restore(&mut self, settings: &Settings) -> bool {
-        // the set may come from a firmware with other rules
-        let fits = joint_check(&settings.vehicle, Some(settings.control.cruise_speed_mps), &settings.learnt).is_ok();
-        if !fits || !configure(settings, &mut self.estimator, &mut self.steering) {
-            return false;
-        }
-        self.parameters.restore(settings);
-        self.adaptation.restart();
-        self.links.configure(&self.parameters.active().app);
-        true
-    }
 }
 
 /// Builds filter and controller from settings; false when one of them refuses.
-fn configure(settings: &Settings, estimator: &mut Estimator, steering: &mut Steering) -> bool {
+pub fn configure(settings: &Settings, estimator: &mut Estimator, steering: &mut Steering) -> bool {
     let Ok(model) = VehicleModel::new(&settings.vehicle) else { return false };
     estimator.configure(settings, &model).is_ok() && steering.configure(&settings.control, &model).is_ok()
 }

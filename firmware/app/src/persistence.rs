@@ -1,14 +1,30 @@
 //! State that survives a reset, the app's side. The order at start: [`App::restore`], [`App::resume`].
 
 use crate::app::App;
-use crate::backseat::Backseat;
+use crate::backseat::{Backseat, configure};
 use crate::host::send;
 use crate::inputs::installation::body_to_ned;
 use crate::parameters::Settings;
 use crate::storage::Asked;
 use crate::store::{Coasted, Navigation, Response, RestartRecord, coast_m};
+use backseat_core::parameters::joint_check;
 use backseat_core::state::{U, V, W, X, Y};
 use backseat_wire::hostlink::{FromBoard, Refusal, Restart};
+
+impl Backseat {
+    /// Takes the set that a memory held; false when it is not valid as a whole and the old one stays.
+    fn restore(&mut self, settings: &Settings) -> bool {
+        // the set may come from a firmware with other rules
+        let fits = joint_check(&settings.vehicle, Some(settings.control.cruise_speed_mps), &settings.learnt).is_ok();
+        if !fits || !configure(settings, &mut self.estimator, &mut self.steering) {
+            return false;
+        }
+        self.parameters.restore(settings);
+        self.adaptation.restart();
+        self.links.configure(&self.parameters.active().app);
+        true
+    }
+}
 
 impl App {
     /// The board has a memory for parameters, and this is the set found there, if any; false when

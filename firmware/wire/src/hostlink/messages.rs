@@ -1,6 +1,7 @@
 //! The messages of the host link.
 
 use super::crash::Crash;
+use super::health::Health;
 use super::identification::{Estimates, FaultReport, Identification, LearntStored, Naming};
 use crate::packet::Key;
 use heapless::Vec;
@@ -208,45 +209,6 @@ pub struct Restart {
     pub crash: Option<Crash>,
 }
 
-/// What the board's clock counts.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Oscillator {
-    /// A crystal, some 20 ppm; a simulator's or a PC's clock counts as one.
-    #[default]
-    Crystal,
-    /// The chip's own RC oscillator, 1 %: 10 ms from one pulse edge to the next.
-    Internal,
-}
-
-/// What becomes of the log that the board itself keeps.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub enum LogState {
-    /// This board has no memory for one.
-    #[default]
-    NotFitted,
-    /// The card has not answered yet.
-    Searching,
-    /// It is written.
-    Writing,
-    /// No card, or one that failed or is full; it is tried again.
-    Failed,
-}
-
-/// The log that the board itself keeps.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct BoardLog {
-    /// What becomes of it.
-    pub state: LogState,
-    /// Records that found no room since start.
-    pub lost_records: u32,
-}
-
-impl BoardLog {
-    /// That of a board without memory for one.
-    pub const NONE: Self = Self { state: LogState::NotFitted, lost_records: 0 };
-}
-
 /// The app's record of one step.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Telemetry {
@@ -277,30 +239,6 @@ pub struct Telemetry {
     /// Protection level, m: what the error exceeds horizontally and in depth with the declared probability only; 0 while
     /// there is no position.
     pub level_m: [f32; 2],
-}
-
-/// What came in since start, port by port ([`Port::DEVICES`] order), the pulse per second, and the board's own log.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Health {
-    /// Good frames, of those the app makes use of.
-    pub accepted_frames: [u32; 4],
-    /// Frames refused.
-    pub rejected_frames: [u32; 4],
-    /// Edges of the pulse-per-second input.
-    pub pps_edges: u32,
-    /// UTC rests on those edges.
-    pub synchronised: bool,
-    /// Losses of received bytes that the board's drivers noticed, of all five ports ([`Port::ALL`] order): overruns,
-    /// full rings, and what the UART itself calls an error.
-    pub receive_losses: [u32; 5],
-    /// What the board's clock counts.
-    pub oscillator: Oscillator,
-    /// The board's own log.
-    pub log: BoardLog,
-    /// Steps that came a whole step late or more, since start.
-    pub late_steps: u32,
-    /// By how much the latest of them was, µs.
-    pub latest_step_us: u32,
 }
 
 /// One scalar fusion, as `backseat_core::navigation::FusionRecord`.

@@ -5,17 +5,18 @@
 
 mod codec;
 mod crash;
+mod health;
 mod identification;
 mod messages;
 
 pub use codec::{CRC, Decoder, Frame, MAX_FRAME, MAX_MESSAGE, encode};
 pub use crash::Crash;
+pub use health::{BoardLog, Health, LogState, Oscillator};
 pub use identification::{
     Activity, Estimate, Estimates, FaultCause, FaultDiagnosis, FaultReport, FaultState, Identification, LearntStored,
     MAX_ESTIMATES, MAX_NAMED, NamedCause, Naming, Visibility,
 };
 pub use messages::{
-    BoardLog, Chunk, FromBoard, FusionTelemetry, Health, LogState, MAX_CHUNKS, MAX_FENCE_CORNERS, MAX_PPS, Mode,
-    ModeReason, Oscillator, ParameterInfo, Port, Refusal, ResetCause, Restart, Ship, Step, StepDone, Telemetry,
-    ToBoard, Waypoint,
+    Chunk, FromBoard, FusionTelemetry, MAX_CHUNKS, MAX_FENCE_CORNERS, MAX_PPS, Mode, ModeReason, ParameterInfo, Port,
+    Refusal, ResetCause, Restart, Ship, Step, StepDone, Telemetry, ToBoard, Waypoint,
 };
