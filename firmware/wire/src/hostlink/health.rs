@@ -1,7 +1,5 @@
 //! What a board says of itself: its lines, its clock, its log, its steps.
 
-#[cfg(doc)]
-use super::messages::Port;
 use serde::{Deserialize, Serialize};
 
 /// What the board's clock counts.
@@ -43,7 +41,7 @@ impl BoardLog {
     pub const NONE: Self = Self { state: LogState::NotFitted, lost_records: 0 };
 }
 
-/// What came in since start, port by port ([`Port::DEVICES`] order), the pulse per second, and the board's own log.
+/// What came in since start, port by port (`Port::DEVICES` order), the pulse per second, and the board's own log.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Health {
     /// Good frames, of those the app makes use of.
@@ -54,7 +52,7 @@ pub struct Health {
     pub pps_edges: u32,
     /// UTC rests on those edges.
     pub synchronised: bool,
-    /// Losses of received bytes that the board's drivers noticed, of all five ports ([`Port::ALL`] order): overruns,
+    /// Losses of received bytes that the board's drivers noticed, of all five ports (`Port::ALL` order): overruns,
     /// full rings, and what the UART itself calls an error.
     pub receive_losses: [u32; 5],
     /// What the board's clock counts.
