@@ -1,7 +1,19 @@
 //! MATLAB's MAT-files (versions 5 to 7) as a table: every real numeric vector is a column, a matrix several
 //! (`pose_1`, `pose_2`), a field of a structure one with its path (`nav.depth`). Columns of one length make the table.
 //!
-//! After "MAT-File Format" of The MathWorks. Version 7.3 is HDF5, which is not read.
+//! After "MAT-File Format" of The MathWorks. Version 7.3 is HDF5, which the feature `hdf5` reads, and with it any other
+//! HDF5 file of arrays.
+
+#[cfg(feature = "hdf5")]
+mod hdf5;
+#[cfg(not(feature = "hdf5"))]
+mod hdf5 {
+    /// Says what to do instead.
+    pub(super) fn read(_: Vec<u8>, _: &mut super::Arrays) -> Result<(), String> {
+        let by_us = "the archives and the wheel of a release read it; a build of one's own with `--features hdf5`";
+        Err(format!("a MAT-file of version 7.3 (HDF5): save it in MATLAB by save(..., '-v7'); {by_us}"))
+    }
+}
 
 use crate::DataError;
 use flate2::read::ZlibDecoder;
@@ -31,7 +43,7 @@ pub(crate) fn is_mat(beginning: &[u8]) -> bool {
 }
 
 fn is_hdf5(beginning: &[u8]) -> bool {
-    beginning.starts_with(b"MATLAB 7.3 MAT-file") || beginning.starts_with(b"\x89HDF\r\n\x1a\n")
+    beginning.starts_with(b"MATLAB 7.") || beginning.starts_with(b"\x89HDF\r\n\x1a\n")
 }
 
 /// A table as text, made line by line.
@@ -50,11 +62,6 @@ pub(crate) fn read(path: &Path) -> Result<MatTable, DataError> {
     let mut bytes = Vec::new();
     let file = std::fs::File::open(path).map_err(|e| DataError::io(path, &e))?;
     file.take(MAX_BYTES + 1).read_to_end(&mut bytes).map_err(|e| DataError::io(path, &e))?;
-    if is_hdf5(&bytes) {
-        let message =
-            "a MAT-file of version 7.3 (HDF5): save it in MATLAB by save(..., '-v7'), or as a table by writetable";
-        return Err(DataError::file(path, message));
-    }
     if bytes.len() as u64 > MAX_BYTES {
         return Err(DataError::file(path, format!("more than {} GiB: split it", MAX_BYTES >> 30)));
     }
@@ -62,6 +69,10 @@ pub(crate) fn read(path: &Path) -> Result<MatTable, DataError> {
     let mut arrays = Arrays { is_big_endian, left: MAX_BYTES, elements: 0, found: Vec::new(), other: Vec::new() };
     let mut notes = Vec::new();
     let mut at = 128;
+    if is_hdf5(&bytes) {
+        at = bytes.len();
+        hdf5::read(bytes.clone(), &mut arrays).map_err(|message| DataError::file(path, message))?;
+    }
     while at < bytes.len() {
         match arrays.element(&bytes, at) {
             Some((kind, content, next)) => {
@@ -220,18 +231,22 @@ impl Arrays {
         }
         let (kind, data) = next(self)?;
         let values = self.numbers(kind, data)?;
+        self.add(name, [rows, columns], &values);
+        Some(())
+    }
+
+    /// A matrix, column by column as MATLAB keeps it.
+    fn add(&mut self, name: String, [rows, columns]: [usize; 2], values: &[f64]) {
         let (length, width) = (rows.max(columns), rows.min(columns));
         if rows.checked_mul(columns) != Some(values.len()) || width > MAX_WIDTH {
             self.other.push(name);
-            return None;
+            return;
         }
         for column in 0..width {
-            // in the file column by column
             let place = |k: usize| if rows >= columns { column * rows + k } else { k * rows + column };
             let one = (0..length).filter_map(|k| values.get(place(k)).copied()).collect();
             self.found.push((if width == 1 { name.clone() } else { format!("{name}_{}", column + 1) }, one));
         }
-        Some(())
     }
 
     /// The numbers of an element, stored in whatever type holds them.

@@ -178,6 +178,26 @@ fn val_a_bag_in_sqlite_as_rosbags_writes_it() {
     assert!(complaint.contains("a folder, not a log: give a log"), "{complaint}");
 }
 
+/// A structure that h5py wrote as MATLAB does, compressed in parts, and arrays that MATLAB wrote itself.
+#[cfg(feature = "hdf5")]
+#[test]
+fn val_mat_files_of_version_7_3() {
+    let map = "[time]\ncolumn = \"time_s\"\n[columns.dvl_u_mps]\ncolumn = \"dvl_1\"\n[columns.dvl_w_mps]\n\
+        column = \"dvl_3\"\n[columns.prop_rpm]\ncolumn = \"prop_rpm\"\n[columns.depth_m]\ncolumn = \"depth_m\"\n";
+    let log = mapped("v7_3.mat", map).unwrap().log;
+    assert_eq!((log.rows.len(), log.rows[39].time_us), (40, 3_900_000));
+    assert_eq!(samples(&log, Column::DvlU)[39], 1.0);
+    assert!((samples(&log, Column::DvlW)[39] + 0.2 * 3.9).abs() < 1e-12);
+    assert_eq!(samples(&log, Column::PropRpm)[39], 1039.0);
+    assert!((samples(&log, Column::Depth)[10] - (3.0 + 0.5 * 1.0_f64.sin())).abs() < 1e-6);
+    has_note(&log, "left out name: what is no array of real numbers");
+    let map = "[time]\ncolumn = \"i\"\n[columns.depth_m]\ncolumn = \"v\"\n";
+    // i is 6, 8, 3, 7, 5
+    let complaint = mapped("v7_3_matlab.mat", map).map(|_| ()).unwrap_err();
+    assert!(complaint.ends_with("v7_3_matlab.mat:4:1: i: the time is before that of the row above"), "{complaint}");
+}
+
+#[cfg(not(feature = "hdf5"))]
 #[test]
 fn a_mat_file_of_version_7_3_is_told() {
     let folder = tempfile::tempdir().unwrap();
@@ -197,6 +217,8 @@ fn no_bytes_make_a_reader_panic() {
         "imc_little.lsf",
         "v5.mat",
         "v7_struct.mat",
+        #[cfg(feature = "hdf5")]
+        "v7_3.mat",
         "bag_sqlite/dive_1.db3",
     ];
     let folder = tempfile::tempdir().unwrap();
