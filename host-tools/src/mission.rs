@@ -148,7 +148,7 @@ fn set_alerts(board: &mut Board, alerts_m: [f64; 2]) -> anyhow::Result<Vec<Strin
         board.set_parameters(&values, &parameters, false)?;
     }
     let values = parameters.iter().map(|parameter| (parameter.name.as_str(), parameter.value));
-    Ok(reach::unreachable(&reach::Flown { alerts_m, ..reach::Flown::by(values) }))
+    Ok(reach::unreachable(&reach::FlightSetup { alerts_m, ..reach::FlightSetup::by(values) }))
 }
 
 fn alert_text(alerts_m: Option<[f64; 2]>) -> String {

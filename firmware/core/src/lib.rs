@@ -17,3 +17,7 @@ pub mod identification;
 pub mod navigation;
 pub mod parameters;
 pub mod state;
+
+#[cfg(test)]
+#[path = "../../tests/random.rs"]
+mod random;

@@ -11,7 +11,7 @@ use std::f64::consts::TAU;
 
 /// What is flown with.
 #[derive(Clone, Copy, Debug)]
-pub struct Flown {
+pub struct FlightSetup {
     /// Of the level.
     pub declared: Declared,
     /// Alert limits horizontally and in depth, m; 0: none.
@@ -24,7 +24,7 @@ pub struct Flown {
     pub dvl: bool,
 }
 
-impl Flown {
+impl FlightSetup {
     /// By a board's parameters; those that are left out have their defaults.
     pub fn by<'a>(values: impl IntoIterator<Item = (&'a str, f64)>) -> Self {
         let mut settings = Box::new(Settings::DEFAULT);
@@ -64,7 +64,7 @@ const DEPTH_M: f64 = 10.0;
 
 /// The level that can be stated.
 #[must_use]
-pub fn reach(flown: &Flown) -> Reach {
+pub fn reach(flown: &FlightSetup) -> Reach {
     let mut level = ProtectionLevel::new();
     let mut x = VehicleState::zeros();
     x[U] = 1.0;
@@ -112,7 +112,7 @@ pub fn reach(flown: &Flown) -> Reach {
 
 /// What is wrong with alert limits: one sentence for each below what can be reached.
 #[must_use]
-pub fn unreachable(flown: &Flown) -> Vec<String> {
+pub fn unreachable(flown: &FlightSetup) -> Vec<String> {
     let alerts_m = flown.alerts_m;
     if alerts_m.iter().all(|alert_m| *alert_m <= 0.0) {
         return Vec::new();
@@ -149,9 +149,9 @@ mod tests {
     use super::*;
     use backseat_core::navigation::{Area, NavigationConfig};
 
-    fn flown(area: Area, dvl: bool, ranges: bool) -> Flown {
+    fn flown(area: Area, dvl: bool, ranges: bool) -> FlightSetup {
         let declared = Declared { area, receivers_m: [1.5; 2], ..Declared::DEFAULT };
-        Flown { declared, alerts_m: [0.0; 2], sensors: NavigationConfig::REFERENCE.sensors, ranges, dvl }
+        FlightSetup { declared, alerts_m: [0.0; 2], sensors: NavigationConfig::REFERENCE.sensors, ranges, dvl }
     }
 
     /// 1.5 m of the ship's receiver per axis at 1e-3 are 5.6 m, which nothing undercuts; calm water and a DVL make it
@@ -167,13 +167,16 @@ mod tests {
     #[test]
     fn a_limit_that_cannot_be_kept_is_named() {
         let flown = flown(Area::Coast, false, true);
-        let said = unreachable(&Flown { alerts_m: [2.0, 0.1], ..flown });
+        let said = unreachable(&FlightSetup { alerts_m: [2.0, 0.1], ..flown });
         assert!(
             said[0].starts_with("app.alert_horizontal_m = 2 m") && said[1].contains("app.alert_depth_m"),
             "{said:?}"
         );
-        assert!(unreachable(&flown).is_empty() && unreachable(&Flown { alerts_m: [1.0e3; 2], ..flown }).is_empty());
-        let board = Flown::by([("app.water_area", 0.0), ("app.alert_horizontal_m", 30.0), ("app.use_range", 1.0)]);
+        assert!(
+            unreachable(&flown).is_empty() && unreachable(&FlightSetup { alerts_m: [1.0e3; 2], ..flown }).is_empty()
+        );
+        let board =
+            FlightSetup::by([("app.water_area", 0.0), ("app.alert_horizontal_m", 30.0), ("app.use_range", 1.0)]);
         assert_eq!(
             (board.declared.area, board.alerts_m, board.declared.receivers_m),
             (Area::Lake, [30.0, 0.0], [1.5; 2])

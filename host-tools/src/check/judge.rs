@@ -1,6 +1,6 @@
 //! Verdicts on what was observed of a board.
 
-use backseat_analysis::reach::{self, Flown};
+use backseat_analysis::reach::{self, FlightSetup};
 use backseat_app::parameters::PARAMETER_SCHEMA;
 use backseat_link::board::{Declared, Identity};
 use backseat_logs::data_sheets;
@@ -333,7 +333,7 @@ fn priors(parameters: &[Declared]) -> CheckLine {
 /// Limits of the protection level, and whether they can be kept.
 fn alert(parameters: &[Declared]) -> CheckLine {
     const WHAT: &str = "alert limits";
-    let flown = Flown::by(parameters.iter().map(|parameter| (parameter.name.as_str(), parameter.value)));
+    let flown = FlightSetup::by(parameters.iter().map(|parameter| (parameter.name.as_str(), parameter.value)));
     let [horizontal_m, depth_m] = flown.alerts_m;
     if flown.alerts_m == [0.0; 2] {
         let found = "none: the protection level is stated and nothing acts on it";

@@ -134,7 +134,7 @@ fn from_the_acoustic_side_only_ship_states_come() {
     let settings = *board.app().parameters();
     let (answers, mut random) = (board.heard().answers.len(), Random(11));
     for round in 0..400_usize {
-        let mut bytes: Vec<u8> = (0..round % 64).map(|_| random.next() as u8).collect();
+        let mut bytes: Vec<u8> = (0..round % 64).map(|_| random.word() as u8).collect();
         // every value of the first byte, which says what it is
         if let Some(first) = bytes.first_mut() {
             *first = round as u8;

@@ -241,7 +241,7 @@ fn babbling_ports_are_bounded_and_survived() {
     for _ in 0..5 {
         world.advance(&mut board);
         let time_us = last(&mut board).time_us + 1000;
-        let noise: Vec<u8> = (0..20_000).map(|_| random.next() as u8).collect();
+        let noise: Vec<u8> = (0..20_000).map(|_| random.word() as u8).collect();
         let mut arrivals: Vec<Arrival> =
             Port::DEVICES.map(|port| Arrival { port, time_us, bytes: noise.clone() }).to_vec();
         arrivals.push(Arrival { port: Port::Frontseat, time_us, bytes: depth.clone() });

@@ -19,4 +19,5 @@ mod streams;
 mod time;
 mod world;
 
+#[path = "../../../tests/random.rs"]
 mod random;

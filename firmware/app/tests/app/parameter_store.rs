@@ -106,7 +106,7 @@ impl Flash {
     fn scramble(&mut self, range: std::ops::Range<usize>, readable: bool) {
         let mut random = Random(self.random);
         for byte in &mut self.bytes[range.clone()] {
-            *byte = random.next() as u8;
+            *byte = random.word() as u8;
         }
         for word in range.start / WORD..range.end / WORD {
             self.programmed[word] = true;
@@ -180,7 +180,7 @@ impl NorFlash for Flash {
                 self.programmed[word] = true;
                 for (place, byte) in self.bytes[start..].iter_mut().zip(bytes) {
                     // bits only go from 1 to 0; some of them not yet when the power goes
-                    let late = if torn == Torn::Half { random.next() as u8 } else { 0 };
+                    let late = if torn == Torn::Half { random.word() as u8 } else { 0 };
                     *place &= byte | late;
                 }
             }
@@ -241,7 +241,7 @@ fn a_power_cut_at_any_operation_leaves_the_old_set_or_the_new() {
         assert_eq!(complete.operations, 2 + (PARAMETERS.len() + 2).div_ceil(4));
         for operation in 0..complete.operations {
             for torn in TORN {
-                let mut cut = store(flash.clone().cut_at(operation, torn, random.next()));
+                let mut cut = store(flash.clone().cut_at(operation, torn, random.word()));
                 assert_eq!(cut.save(&new), Err(SaveError::Flash(FlashError::PowerIsOff)));
                 let after = cut.release().powered();
                 let found = load(after.clone());
@@ -270,7 +270,7 @@ fn cut_after_cut() {
     for seed in 1..2000 {
         let new = set(seed);
         let torn = TORN[random.below(5)];
-        let mut cut = store(flash.cut_at(random.below(48), torn, random.next()));
+        let mut cut = store(flash.cut_at(random.below(48), torn, random.word()));
         // beyond the last operation the save succeeds
         let kept = cut.save(&new).is_ok();
         flash = cut.release().powered();

@@ -260,7 +260,7 @@ fn assert_stream(port: Port, parameters: &[(&str, f64)], lines: &[String], expec
     let mut random = Random(99);
     for line in lines {
         // noise between the sentences, as of a modem that wakes up
-        let noise: Vec<u8> = (0..random.below(12)).map(|_| random.next() as u8).filter(|byte| *byte != b'$').collect();
+        let noise: Vec<u8> = (0..random.below(12)).map(|_| random.word() as u8).filter(|byte| *byte != b'$').collect();
         bench.feed(port, &[noise.as_slice(), line.as_bytes(), b"\r\n"].concat());
     }
     let health = bench.app().health();

@@ -132,6 +132,11 @@ pub fn statistics(toa_us: u64, clock: ClockMode) -> Vec<u8> {
     modem(&FromModem::Statistics(ReceptionStatistics::complete(Some(8), ReceptionStatistics::GOOD, time, clock)))
 }
 
+/// Mean 0, variance 1, never an outlier: the sum of twelve uniform numbers.
+fn noise(random: &mut Random) -> f64 {
+    (0..12).map(|_| random.word() as f64 / u64::MAX as f64).sum::<f64>() - 6.0
+}
+
 impl World {
     pub fn new() -> Self {
         let mut x = VehicleState::zeros();
@@ -222,7 +227,7 @@ impl World {
 
     /// AHRS at 10 Hz, noise 0.3° and 0.2°/s.
     fn measure(&mut self, from_us: u64) {
-        let mut noise = |sigma: f64| (sigma * self.random.normal()) as f32;
+        let mut noise = |sigma: f64| (sigma * noise(&mut self.random)) as f32;
         let euler = [PHI, THETA, PSI].map(|i| wrap_angle(self.x[i]) as f32 + noise(0.005));
         let rates = [P, Q, R].map(|i| self.x[i] as f32 + noise(0.0035));
         let ticks = (from_us / 16) as u32;
@@ -236,7 +241,7 @@ impl World {
         if !self.dvl || !from_us.is_multiple_of(2 * STEP_US) {
             return;
         }
-        let velocity_mps = [U, V, W].map(|i| self.x[i] + 0.01 * self.random.normal());
+        let velocity_mps = [U, V, W].map(|i| self.x[i] + 0.01 * noise(&mut self.random));
         let sample = DvlSample {
             bottom_mps: Some(velocity_mps),
             altitude_m: self.altitude_m(),
@@ -376,7 +381,7 @@ impl World {
     }
 
     fn pressure_m(&mut self) -> f64 {
-        (self.depth_factor * self.x[Z] + self.depth_error_m + 0.03 * self.random.normal()).max(0.0)
+        (self.depth_factor * self.x[Z] + self.depth_error_m + 0.03 * noise(&mut self.random)).max(0.0)
     }
 
     fn power(&self) -> Vec<u8> {
@@ -425,7 +430,7 @@ impl World {
     fn fix(&mut self) -> (u64, Vec<u8>) {
         let second_us = (self.now_us.saturating_sub(PHASE_US)) / 1_000_000 * 1_000_000 + PHASE_US;
         let (lat_deg, lon_deg) =
-            frame().to_geodetic([self.x[X] + 0.5 * self.random.normal(), self.x[Y] + 0.5 * self.random.normal()]);
+            frame().to_geodetic([self.x[X] + 0.5 * noise(&mut self.random), self.x[Y] + 0.5 * noise(&mut self.random)]);
         let bytes = frontseat(&FromFrontseat::Rmc(Rmc {
             utc: Some(date_time(second_us)),
             valid: true,

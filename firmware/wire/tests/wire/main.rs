@@ -12,6 +12,8 @@ mod val_os5000;
 
 mod parts;
 mod properties;
+#[path = "../../../tests/random.rs"]
+mod random;
 mod ship_state;
 mod soak;
 mod vectors;

@@ -1,4 +1,5 @@
-use crate::vectors::{Noise, bytes, fed_at, lines};
+use crate::random::Random;
+use crate::vectors::{bytes, fed_at, lines};
 use backseat_wire::Error;
 use backseat_wire::dvl::{Coordinates, DvlSample, pd0, pd4, pd6};
 use serde_json::Value;
@@ -322,9 +323,9 @@ fn mounting_angle_turns_beam_3_to_starboard() {
 
 #[test]
 fn emulated_instruments_say_what_they_measured() {
-    let mut noise = Noise(1);
+    let mut noise = Random(1);
     for _ in 0..200 {
-        let mut part = |scale: f64| (f64::from(noise.byte()) - 128.0) / 128.0 * scale;
+        let mut part = |scale: f64| noise.within(scale);
         let sample = DvlSample {
             bottom_mps: Some([part(2.0), part(0.5), part(0.3)]),
             water_mps: Some([part(2.0) + 3.0, part(0.5), part(0.3)]),

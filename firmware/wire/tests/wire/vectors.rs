@@ -58,17 +58,3 @@ pub fn fed_at<D, T>(
     let counts = counts(&decoder);
     (found, counts)
 }
-
-/// Bytes of a linear congruential generator (Knuth's MMIX constants): the same on every machine.
-pub struct Noise(pub u64);
-
-impl Noise {
-    pub fn byte(&mut self) -> u8 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 56) as u8
-    }
-
-    pub fn below(&mut self, limit: usize) -> usize {
-        usize::from_be_bytes([0, 0, 0, 0, 0, 0, self.byte(), self.byte()]) % limit
-    }
-}

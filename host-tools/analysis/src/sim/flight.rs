@@ -84,7 +84,9 @@ pub fn fly(
         );
     }
     let values = flight::board_parameters(&scenario);
-    for sentence in reach::unreachable(&reach::Flown::by(values.iter().map(|(name, value)| (name.as_str(), *value)))) {
+    for sentence in
+        reach::unreachable(&reach::FlightSetup::by(values.iter().map(|(name, value)| (name.as_str(), *value))))
+    {
         say(&format!("warning: {sentence}"));
     }
     let folder = folder(options, &scenario)?;

@@ -6,7 +6,8 @@
 //! BACKSEAT_DIFFERENTIAL_SECONDS=1200 cargo test -p backseat-fuzz agree_for_a_time -- --ignored --nocapture
 //! ```
 
-use crate::random::{Random, seconds};
+use crate::duration::seconds;
+use crate::random::Random;
 use backseat_fuzz::fly_disturbed;
 use backseat_link::Client;
 use hil_sim::backseat::{InProcess, Qemu, build_image, missing};

@@ -2,5 +2,7 @@
 
 mod corpus;
 mod differential;
+mod duration;
+#[path = "../../../../firmware/tests/random.rs"]
 mod random;
 mod search;

@@ -4,7 +4,8 @@
 //! BACKSEAT_FUZZ_SECONDS=120 BACKSEAT_FUZZ_TARGETS=day,frontseat cargo test -p backseat-fuzz for_a_time -- --ignored --nocapture
 //! ```
 
-use crate::random::{Random, seconds};
+use crate::duration::seconds;
+use crate::random::Random;
 use backseat_fuzz::TARGETS;
 use std::fs;
 use std::path::Path;

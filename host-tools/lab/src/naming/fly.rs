@@ -30,7 +30,7 @@ pub struct Statement {
 
 /// One flight.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct Flown {
+pub struct NamedFlight {
     /// Its seed.
     pub number: u64,
     pub kind: Kind,
@@ -68,7 +68,7 @@ impl Statement {
 ///
 /// # Errors
 /// A flight that fails.
-pub fn fly(seed: u64, drawn: &Drawn) -> anyhow::Result<Flown> {
+pub fn fly(seed: u64, drawn: &Drawn) -> anyhow::Result<NamedFlight> {
     let flight = flights::fly(&drawn.scenario)?;
     let all = flight.naming.iter().map(Statement::new);
     let mut statements: Vec<Statement> = Vec::new();
@@ -80,7 +80,7 @@ pub fn fly(seed: u64, drawn: &Drawn) -> anyhow::Result<Flown> {
         last = Some(statement);
     }
     statements.extend(last);
-    Ok(Flown {
+    Ok(NamedFlight {
         number: seed,
         kind: drawn.kind,
         changes: drawn.changes.clone(),
@@ -106,7 +106,7 @@ pub enum Outcome {
     Silent,
 }
 
-impl Flown {
+impl NamedFlight {
     /// What was named first, if anything was.
     pub fn first(&self) -> Option<&Statement> {
         self.statements.iter().find(|statement| !statement.named.is_empty() || statement.unexplained)

@@ -2,7 +2,7 @@
 
 use super::Args;
 use super::draw::Kind;
-use super::fly::{Flown, NAMED_WITHIN_S, Outcome, Said, Statement};
+use super::fly::{NAMED_WITHIN_S, NamedFlight, Outcome, Said, Statement};
 use crate::intervals::Share;
 use backseat_core::effects::FIN_NAMES;
 use backseat_core::navigation::naming::Cause;
@@ -16,7 +16,7 @@ fn name(number: u8) -> String {
     format!("{}{fin}", cause.name())
 }
 
-fn of_kind(flown: &[Flown], kind: Kind) -> Vec<&Flown> {
+fn of_kind(flown: &[NamedFlight], kind: Kind) -> Vec<&NamedFlight> {
     flown.iter().filter(|flight| flight.kind == kind).collect()
 }
 
@@ -31,7 +31,7 @@ struct Shares {
 }
 
 impl Shares {
-    fn of(flown: &[Flown]) -> Self {
+    fn of(flown: &[NamedFlight]) -> Self {
         let [one, two, none, outside] =
             [Kind::One, Kind::Two, Kind::None, Kind::Outside].map(|kind| of_kind(flown, kind));
         let offs: Vec<f64> =
@@ -74,7 +74,7 @@ fn statement(statement: &Statement) -> String {
 }
 
 /// The page in Markdown.
-pub fn page(flown: &[Flown], args: &Args) -> String {
+pub fn page(flown: &[NamedFlight], args: &Args) -> String {
     let shares = Shares::of(flown);
     let last = args.seed + args.runs - 1;
     let mut text = format!(
@@ -132,7 +132,7 @@ pub fn page(flown: &[Flown], args: &Args) -> String {
 }
 
 /// The same as JSON.
-pub fn json(flown: &[Flown], seed: u64) -> String {
+pub fn json(flown: &[NamedFlight], seed: u64) -> String {
     let shares = Shares::of(flown);
     let share = |share: Share| json!({ "hits": share.hits, "of": share.of });
     let value = json!({

@@ -1,6 +1,8 @@
 //! The report's structure. What it looks like: open `report-sample.html`, which `sample_report_is_whole` leaves in
 //! Cargo's `tmp` folder.
 
+#[path = "../../../../firmware/tests/random.rs"]
+mod random;
 mod sample;
 
 use std::fs;
@@ -150,7 +152,7 @@ fn odd_input_draws_a_frame() {
 #[test]
 fn hundred_thousand_points_stay_small() {
     // Noise is the worst case: nothing of it can be left out without being seen.
-    let mut noise = sample::Noise::new(3);
+    let mut noise = random::Random(3);
     let points: Vec<_> = (0..100_000).map(|i| (f64::from(i) / 36_000.0, noise.normal())).collect();
     for svg in all_plots(&points[..], "noise").iter().take(4) {
         assert!(svg.len() < 200_000, "{} bytes", svg.len());

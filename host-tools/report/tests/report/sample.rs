@@ -1,32 +1,12 @@
 //! A made-up mission: ten 1 km lines 100 m apart, a ship on a circle of 600 m, a range every 30 s.
 
+use crate::random::Random;
 use std::f64::consts::TAU;
 
 use backseat_report::{Provenance, Report, Table, plots};
 use plots::{
     Bar, BarPlot, BeforeAfter, Ellipse, ErrorPlot, Histogram, Innovation, InnovationPlot, Scale, TimePlot, TrackPlot,
 };
-
-/// Noise from a seed (SplitMix64, Box and Muller).
-pub struct Noise(u64);
-
-impl Noise {
-    pub fn new(seed: u64) -> Self {
-        Self(seed)
-    }
-
-    fn uniform(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
-    }
-
-    pub fn normal(&mut self) -> f64 {
-        (-2.0 * (1.0 - self.uniform()).ln()).sqrt() * (TAU * self.uniform()).cos()
-    }
-}
 
 /// Position along the lines after so many metres, turns as half circles.
 fn lawnmower(metres: f64) -> (f64, f64) {
@@ -49,7 +29,7 @@ fn drift(t_h: f64, metres: f64) -> (f64, f64) {
 }
 
 pub fn report() -> Report {
-    let mut noise = Noise::new(7);
+    let mut noise = Random(7);
     let steps = 100_000;
     let times: Vec<f64> = (0..steps).map(|i| f64::from(i) * 3.19 / f64::from(steps)).collect();
     let truth: Vec<_> = times.iter().map(|t| lawnmower(t * 3600.0)).collect();

@@ -16,7 +16,7 @@ mod measure;
 mod motion;
 mod navigation;
 mod parsers;
-#[path = "../exercise/random.rs"]
+#[path = "../../../../tests/random.rs"]
 mod random;
 #[path = "../slot.rs"]
 mod slot;

@@ -4,5 +4,6 @@ pub mod cases;
 pub mod digest;
 pub mod feed;
 pub mod motion;
+#[path = "../../../../tests/random.rs"]
 pub mod random;
 pub mod vectors;

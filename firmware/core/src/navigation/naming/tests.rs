@@ -14,6 +14,7 @@ use crate::navigation::filter::cekf::Filter;
 use crate::navigation::{
     AcousticPath, InitialState, Measurement, NavigationConfig, Observer, ShipEnd, ShipReport, VehicleEnd,
 };
+use crate::random::Random;
 use crate::state::{P, PHI, PSI, VehicleState, X, Y, Z};
 use std::boxed::Box;
 
@@ -141,37 +142,24 @@ impl Watch for Naming {
     }
 }
 
-/// Numbers about zero with a standard deviation of one, from a generator of Knuth's.
-struct Noise(u64);
-
-impl Noise {
-    fn next(&mut self) -> f64 {
-        let mut uniform = || {
-            self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            (self.0 >> 11) as f64 / (1_u64 << 53) as f64
-        };
-        (0..12).map(|_| uniform()).sum::<f64>() - 6.0
-    }
-
-    /// As the sensors of the reference have it.
-    fn add(&mut self, measurement: &mut Measurement) {
-        let sensors = NavigationConfig::REFERENCE.sensors;
-        match measurement {
-            Measurement::Depth { z_m } => *z_m += sensors.depth_m * self.next(),
-            Measurement::Attitude { euler_rad } => {
-                euler_rad.iter_mut().for_each(|angle| *angle += sensors.attitude_rad * self.next());
-            }
-            Measurement::Rates { rates_radps } => {
-                rates_radps.iter_mut().for_each(|rate| *rate += sensors.rates_radps * self.next());
-            }
-            Measurement::Range { range_m, .. } => *range_m += sensors.range_m * self.next(),
-            _ => {}
+/// As the sensors of the reference have it.
+fn add_noise(random: &mut Random, measurement: &mut Measurement) {
+    let sensors = NavigationConfig::REFERENCE.sensors;
+    match measurement {
+        Measurement::Depth { z_m } => *z_m += sensors.depth_m * random.normal(),
+        Measurement::Attitude { euler_rad } => {
+            euler_rad.iter_mut().for_each(|angle| *angle += sensors.attitude_rad * random.normal());
         }
+        Measurement::Rates { rates_radps } => {
+            rates_radps.iter_mut().for_each(|rate| *rate += sensors.rates_radps * random.normal());
+        }
+        Measurement::Range { range_m, .. } => *range_m += sensors.range_m * random.normal(),
+        _ => {}
     }
 }
 
 /// Flies turns for `minutes` with the change in `column` from `onset_s` on.
-fn fly((column, size): (usize, f64), onset_s: f64, minutes: u64, mut noise: Option<Noise>, watch: &mut impl Watch) {
+fn fly((column, size): (usize, f64), onset_s: f64, minutes: u64, mut noise: Option<Random>, watch: &mut impl Watch) {
     let model = VehicleModel::new(&VehicleParameters::IVER3).expect("valid");
     let config = NavigationConfig { surface: None, ..NavigationConfig::REFERENCE };
     let mut filter = Box::new(Filter::new());
@@ -192,7 +180,7 @@ fn fly((column, size): (usize, f64), onset_s: f64, minutes: u64, mut noise: Opti
             }
             for mut measurement in world.measurements(t_s, changed).into_iter().flatten() {
                 if let Some(noise) = &mut noise {
-                    noise.add(&mut measurement);
+                    add_noise(noise, &mut measurement);
                 }
                 let seen = watch.will_fuse(&filter, &measurement, t_s);
                 filter.fuse_observed(&measurement, seen);
@@ -229,7 +217,7 @@ fn wrong_share(column: usize, size: f64) -> f64 {
 /// What is stated after half an hour with a change at ten minutes.
 fn stated(column: usize, size: f64) -> Statement {
     let mut naming = Box::new(Naming::new());
-    fly((column, size), 600.0, 30, Some(Noise(7)), &mut *naming);
+    fly((column, size), 600.0, 30, Some(Random(7)), &mut *naming);
     naming.statement().expect("blocks were closed")
 }
 
@@ -273,7 +261,7 @@ fn val_drag_and_thrust_at_one_speed_are_each_others_rival() {
 fn val_of_a_vehicle_as_declared_nothing_is_named() {
     for seed in 1..4 {
         let mut naming = Box::new(Naming::new());
-        fly((DEPTH, 0.0), 600.0, 30, Some(Noise(seed)), &mut *naming);
+        fly((DEPTH, 0.0), 600.0, 30, Some(Random(seed)), &mut *naming);
         let statement = naming.statement().expect("blocks were closed");
         assert_eq!(statement.named, [None; 2]);
         assert!(!statement.unexplained);

@@ -2,7 +2,5 @@
 
 mod closed_loop;
 mod properties;
-#[path = "../random.rs"]
-mod random;
 mod simulation;
 mod vectors;

@@ -1,7 +1,7 @@
 //! Commands stay finite and within limits whatever comes in.
 
-use super::random::Random;
 use super::simulation::check_limits;
+use crate::random::Random;
 use backseat_core::control::ControlError::{Gains, OutOfRange};
 use backseat_core::control::allocation::{Datum, Moments, allocate};
 use backseat_core::control::limits::{ActuatorLimits, Limiter};

@@ -1,6 +1,6 @@
 //! The model in closed loop with the controller: RK4, no noise, no estimation error.
 
-use super::random::Random;
+use crate::random::Random;
 use backseat_core::control::limits::ActuatorLimits;
 use backseat_core::control::mission::{Mission, MissionStatus};
 use backseat_core::control::{Command, ControlConfig, Controller};

@@ -4,8 +4,6 @@ mod conservation;
 mod dual;
 mod jacobian;
 mod parameters;
-#[path = "../random.rs"]
-mod random;
 mod reference;
 mod singular;
 mod support;

@@ -32,7 +32,7 @@ pub fn model(parameters: &VehicleParameters) -> VehicleModel {
     VehicleModel::new(parameters).expect("valid parameters")
 }
 
-pub use super::random::Random;
+pub use crate::random::Random;
 
 impl Random {
     /// Any attitude short of the vertical; slow and fast, ahead and astern.

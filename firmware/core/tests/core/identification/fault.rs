@@ -22,11 +22,11 @@ fn watch(broken: Option<&VehicleModel>, duration_s: f64, seed: u64) -> (Box<Faul
         let time_s = step as f64 * PERIOD_S;
         let (mut attitude, mut velocity) = (state::attitude(&x), state::velocity(&x));
         for axis in 0..3 {
-            velocity[axis] += random.normal(noise.linear_mps);
-            velocity[3 + axis] += random.normal(noise.angular_radps);
+            velocity[axis] += noise.linear_mps * random.normal();
+            velocity[3 + axis] += noise.angular_radps * random.normal();
         }
         for axis in 0..2 {
-            attitude[axis] += random.normal(noise.roll_pitch_rad);
+            attitude[axis] += noise.roll_pitch_rad * random.normal();
         }
         if monitor.sample(&declared, step * 100_000, &attitude, &velocity, &since) == FaultState::Diagnosed {
             diagnosed_s.get_or_insert(time_s);

@@ -71,7 +71,7 @@ fn val_noise_gain_is_that_of_noise() {
     let (mut filter, mut random) = (PreFilter::new(), Random(10));
     let (mut square, mut count) = (0.0, 0.0);
     for step in 0..200_000 {
-        if let Some(output) = filter.push(&sample(step, random.normal(1.0))) {
+        if let Some(output) = filter.push(&sample(step, random.normal())) {
             square += output.velocity[0] * output.velocity[0];
             count += 1.0;
         }

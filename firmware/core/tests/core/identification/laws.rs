@@ -35,7 +35,7 @@ fn val_regressor_times_theta_is_what_the_model_lacks() {
     let vehicle = model(&FULL);
     let theta = theta_of(&FULL);
     for _ in 0..200 {
-        let (v, attitude, input) = (random.velocity(), random.attitude(), random.input());
+        let (v, attitude, input) = (random.velocity(), random.attitude(), random.inputs());
         let at = Instant::new(&vehicle, &v, &Attitude::new(&attitude).down(), &input);
         let a = vehicle.acceleration(&attitude, &v, &input);
         let mut y = Regressor::zeros();
@@ -51,7 +51,7 @@ fn val_sparse_gradient_is_the_transposed_regressor() {
     let mut random = Random(2);
     let vehicle = model(&VEHICLE);
     for _ in 0..200 {
-        let (v, input) = (random.velocity(), random.input());
+        let (v, input) = (random.velocity(), random.inputs());
         let at = Instant::new(&vehicle, &v, &Attitude::new(&random.attitude()).down(), &input);
         let (a, error) = (random.velocity(), random.velocity());
         let mut y = Regressor::zeros();
@@ -70,7 +70,7 @@ fn val_lyapunov_function_falls_as_it_should() {
     let mass = Vector6::from(FULL.m_diag);
     let alpha = 0.3;
     for _ in 0..1000 {
-        let (v, attitude, input) = (random.velocity(), random.attitude(), random.input());
+        let (v, attitude, input) = (random.velocity(), random.attitude(), random.inputs());
         let at = Instant::new(&vehicle, &v, &Attitude::new(&attitude).down(), &input);
         let estimate = theta.map(|value| value * (1.0 + random.within(0.5)));
         let x = AidState { velocity: v + random.velocity(), theta: estimate };
@@ -225,7 +225,7 @@ fn drift_is_seen_against_noise_and_no_drift_is_not() {
     let mut wander = 0.0;
     let mut observe = |monitor: &mut DriftMonitor, mean: f64, random: &mut Random| {
         // First-order noise with a correlation of 20 s, as estimates have.
-        wander += -0.005 * wander + random.normal(0.01);
+        wander += -0.005 * wander + 0.01 * random.normal();
         let mut theta = Theta::repeat(1.0 + wander);
         theta[W] += mean;
         monitor.observe(&theta, &gains, 0.1);

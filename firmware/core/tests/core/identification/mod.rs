@@ -4,8 +4,6 @@ mod convergence;
 mod fault;
 mod filter;
 mod laws;
-#[path = "../random.rs"]
-mod random;
 mod robustness;
 mod simulation;
 mod support;

@@ -98,7 +98,7 @@ fn wild_motion_leaves_theta_in_its_box() {
     let (mut limited, mut projected) = (0, 0);
     for step in 0..5000_u64 {
         let velocity = Vector6::from([30.0, 30.0, 30.0, 10.0, 10.0, 10.0].map(|scale| random.within(scale)));
-        let report = identifier.sample(step * 100_000, &random.attitude(), &velocity, &random.input());
+        let report = identifier.sample(step * 100_000, &random.attitude(), &velocity, &random.inputs());
         assert!(!matches!(report.outcome, SampleOutcome::Refused | SampleOutcome::Diverged));
         limited += u32::from(report.limited);
         projected |= report.projected;
@@ -127,11 +127,11 @@ fn what_is_not_excited_is_frozen_and_said_so() {
     for step in 0..18_000_u64 {
         let (mut velocity, mut attitude) = (state::velocity(&x), state::attitude(&x));
         for axis in 0..3 {
-            velocity[axis] += random.normal(0.013);
-            velocity[3 + axis] += random.normal(1.75e-4);
+            velocity[axis] += 0.013 * random.normal();
+            velocity[3 + axis] += 1.75e-4 * random.normal();
         }
         for axis in 0..2 {
-            attitude[axis] += random.normal(4.36e-3);
+            attitude[axis] += 4.36e-3 * random.normal();
         }
         identifier.sample(step * 100_000, &attitude, &velocity, &input);
         x = advance(&vehicle, &x, &input);
@@ -180,7 +180,7 @@ fn the_known_parameter_is_held() {
         identifier.configure(&IdentificationConfig { scale, ..CONFIG }, &VEHICLE).expect("a usable prior");
         let mut random = Random(9);
         for step in 0..2000_u64 {
-            identifier.sample(step * 100_000, &random.attitude(), &random.velocity(), &random.input());
+            identifier.sample(step * 100_000, &random.attitude(), &random.velocity(), &random.inputs());
         }
         let moved = identifier.state().theta - theta_of(&VEHICLE);
         for j in 0..PARAMETERS {

@@ -115,11 +115,11 @@ pub fn identify(
         let mut attitude = state::attitude(&x);
         let mut velocity = state::velocity(&x);
         for axis in 0..3 {
-            velocity[axis] += random.normal(noise.linear_mps);
-            velocity[3 + axis] += random.normal(noise.angular_radps);
+            velocity[axis] += noise.linear_mps * random.normal();
+            velocity[3 + axis] += noise.angular_radps * random.normal();
         }
         for axis in 0..2 {
-            attitude[axis] += random.normal(noise.roll_pitch_rad);
+            attitude[axis] += noise.roll_pitch_rad * random.normal();
         }
         let report = identifier.sample(step * 100_000, &attitude, &velocity, &since);
         assert!(

@@ -66,14 +66,9 @@ pub fn input(state: &Value) -> ActuatorInput {
     ActuatorInput { propeller_radps: number(&state["omega_p"]), fins_rad: IDENT_FIN.map(|theirs| -delta[theirs]) }
 }
 
-pub use super::random::Random;
+pub use crate::random::Random;
 
 impl Random {
-    /// Normal with that standard deviation: the sum of twelve uniform numbers.
-    pub fn normal(&mut self, sigma: f64) -> f64 {
-        sigma * (0..12).map(|_| self.within(0.5)).sum::<f64>()
-    }
-
     pub fn velocity(&mut self) -> Vector6<f64> {
         Vector6::from([2.5, 0.6, 0.6, 1.0, 0.8, 0.8].map(|scale| self.within(scale)))
     }
@@ -82,7 +77,7 @@ impl Random {
         Vector3::from([3.0, 1.4, 3.0].map(|scale| self.within(scale)))
     }
 
-    pub fn input(&mut self) -> ActuatorInput {
+    pub fn inputs(&mut self) -> ActuatorInput {
         ActuatorInput { propeller_radps: self.within(150.0), fins_rad: [(); 4].map(|()| self.within(0.5)) }
     }
 }

@@ -8,8 +8,6 @@ mod integrity;
 mod invariance;
 mod mini_run;
 mod order;
-#[path = "../random.rs"]
-mod random;
 mod recovery;
 mod robust;
 mod support;

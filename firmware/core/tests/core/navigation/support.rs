@@ -4,19 +4,9 @@ use backseat_core::dynamics::{ActuatorInput, VehicleModel, VehicleParameters};
 use backseat_core::navigation::*;
 use backseat_core::state::VehicleState;
 
-pub use super::random::Random as Noise;
+pub use crate::random::Random as Noise;
 
 impl Noise {
-    /// In (0, 1].
-    pub fn uniform(&mut self) -> f64 {
-        ((self.word() >> 11) + 1) as f64 / (1_u64 << 53) as f64
-    }
-
-    /// Standard normal (Box and Muller).
-    pub fn normal(&mut self) -> f64 {
-        (-2.0 * self.uniform().ln()).sqrt() * (std::f64::consts::TAU * self.uniform()).cos()
-    }
-
     pub fn normals<const K: usize>(&mut self, mean: [f64; K], sigma: f64) -> [f64; K] {
         mean.map(|mean| mean + sigma * self.normal())
     }

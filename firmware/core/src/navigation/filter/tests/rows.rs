@@ -14,6 +14,7 @@ use crate::navigation::algebra::covariance::ROWS;
 use crate::navigation::algebra::layout::{CLONE_VELOCITY, CloneKind, EFFECTS, N_MAX, SHIP_VELOCITY};
 use crate::navigation::filter::cekf::Filter;
 use crate::navigation::*;
+use crate::random::Random;
 use crate::state::{P, PHI, PSI, THETA, U, VEHICLE_STATES, X, Z, wrap_angle};
 use dual::{Dual, Scalar};
 use std::boxed::Box;
@@ -66,19 +67,6 @@ struct Scene {
     ship_clone: CloneId,
 }
 
-/// SplitMix64, uniform in [-1, 1).
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
-    }
-}
-
 impl Scene {
     fn new(states: &'static [(&'static str, &'static str)], random: &mut Random) -> Self {
         let mut effects = EffectSet::NONE.with("clock_drift", &[DRIFT]).expect("catalogued");
@@ -100,15 +88,15 @@ impl Scene {
         navigator.configure(&config, &model).expect("valid");
         let sigma = crate::state::VehicleState::repeat(1.0);
         let scales = [300.0, 300.0, 50.0, 3.0, 1.4, 3.0, 2.0, 1.0, 1.0, 1.0, 1.0, 1.0];
-        let state = crate::state::VehicleState::from(scales.map(|scale| scale * random.next()));
+        let state = crate::state::VehicleState::from(scales.map(|scale| scale * random.within(1.0)));
         navigator.initialise((TIME_S * 1.0e6) as u64, &InitialState { state, sigma }).expect("finite");
-        let ship = core::array::from_fn(|i| if i < 2 { 500.0 } else { 2.0 } * random.next());
+        let ship = core::array::from_fn(|i| if i < 2 { 500.0 } else { 2.0 } * random.within(1.0));
         navigator.initialise_ship(&InitialShip { state: ship, sigma: [1.0; 6] }).expect("finite");
         let ship_clone = navigator.clone_ship().expect("room");
         let vehicle_clone = navigator.clone_vehicle().expect("room");
         // The clones are of another time.
         for at in navigator.dimension() - 12..navigator.dimension() {
-            navigator.x.add_tail(at, 3.0 * random.next());
+            navigator.x.add_tail(at, 3.0 * random.within(1.0));
         }
         // Gains are zero where nothing is uncertain: fusing then only evaluates h and H.
         navigator.p.columns = [[0.0; ROWS]; N_MAX];
@@ -209,8 +197,8 @@ impl Scene {
     /// Everything that can be measured, at values near what is predicted.
     fn measurements(&self, random: &mut Random) -> Vec<Measurement> {
         let report = ShipReport {
-            position_m: [400.0 * random.next(), 400.0 * random.next()],
-            velocity_mps: [random.next(), random.next()],
+            position_m: [400.0 * random.within(1.0), 400.0 * random.within(1.0)],
+            velocity_mps: [random.within(1.0), random.within(1.0)],
             position_sigma_m: 0.5,
             velocity_sigma_mps: 0.05,
         };

@@ -6,6 +6,7 @@ use super::reference::Reference;
 use crate::dynamics::{ActuatorInput, Attitude, VehicleModel, VehicleParameters};
 use crate::navigation::filter::cekf::Filter;
 use crate::navigation::*;
+use crate::random::Random;
 use crate::state::{P, PHI, PSI, Q, R, THETA, U, VehicleState, X, Y, Z, wrap_angle};
 use nalgebra::Vector3;
 use std::vec::Vec;
@@ -35,7 +36,7 @@ struct Held {
 /// Truth, its sensors, and what the modem does.
 pub struct Mission {
     step: u64,
-    noise: Noise,
+    noise: Random,
     config: NavigationConfig,
     model: VehicleModel,
     x: VehicleState,
@@ -58,7 +59,7 @@ impl Mission {
             .and_then(|states| states.with("gyro_bias", "r_radps", 1.0e-3, 1.0e-6))
             .expect("states of the catalogue");
         let config = NavigationConfig { effect_states: states, range_curvature: 1.0e6, ..NavigationConfig::REFERENCE };
-        let mut noise = Noise(2);
+        let mut noise = Random(2);
         let initial = initial();
         let mut x = initial.state;
         for i in 0..12 {
@@ -290,22 +291,4 @@ fn range_and_rate((p, v): ([f64; 3], [f64; 3]), ship: [f64; 4]) -> (f64, f64) {
     let dp = Vector3::new(p[0] - ship[0], p[1] - ship[1], p[2]);
     let dv = Vector3::new(v[0] - ship[2], v[1] - ship[3], v[2]);
     (dp.norm(), dp.dot(&dv) / dp.norm())
-}
-
-/// SplitMix64 with Box and Muller's normal numbers.
-struct Noise(u64);
-
-impl Noise {
-    /// In (0, 1].
-    fn uniform(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        (((z ^ (z >> 31)) >> 11) + 1) as f64 / (1_u64 << 53) as f64
-    }
-
-    fn normal(&mut self) -> f64 {
-        (-2.0 * self.uniform().ln()).sqrt() * (core::f64::consts::TAU * self.uniform()).cos()
-    }
 }
