@@ -15,6 +15,7 @@ use crate::simulation::{self, COLUMNS, OUTPUT_STATES, OUTPUTS, Output, Sensitive
 use crate::{aid, smoothing};
 use backseat_core::dynamics::{VehicleModel, VehicleParameters};
 use backseat_core::state::VehicleState;
+use backseat_logs::interrupt;
 use nalgebra::{DMatrix, DVector, SMatrix};
 use rayon::prelude::*;
 
@@ -142,7 +143,11 @@ fn squares(model: &VehicleModel, segment: &Segment<'_>) -> Output {
 }
 
 fn evaluate_all(model: &VehicleModel, segments: &[Segment<'_>], weights: &Output) -> Vec<Evaluated> {
-    segments.par_iter().map(|segment| evaluate(model, segment, weights)).collect()
+    let one = |segment: &Segment<'_>| {
+        interrupt::check();
+        evaluate(model, segment, weights)
+    };
+    segments.par_iter().map(one).collect()
 }
 
 fn total(squares: impl IntoIterator<Item = Output>, weights: &Output) -> f64 {

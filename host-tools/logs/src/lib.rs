@@ -7,6 +7,7 @@ pub mod data_sheets;
 pub mod error;
 pub mod geomagnetism;
 pub mod importers;
+pub mod interrupt;
 pub mod kinds;
 pub mod log;
 pub mod output;

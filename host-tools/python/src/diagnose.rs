@@ -1,7 +1,7 @@
 //! `diagnose`.
 
 use crate::columns::{Columns, bytes};
-use crate::error;
+use crate::interruptible;
 use crate::log::Log;
 use crate::vehicle::Vehicle;
 use backseat_analysis::diagnose::{DiagnosisResult, Files, compute, report, sentence};
@@ -31,7 +31,7 @@ pub fn diagnose<'py>(
         let report = report(&result, &Files::default()).file("report", None);
         Ok((result, report.to_json(), wants_page.then(|| report.html())))
     };
-    let (result, json, page) = py.detach(work).map_err(error)?;
+    let (result, json, page) = interruptible::run(py, work)?;
     let (figures, sentence) = (figures_of(py, &result), sentence(&result));
     Ok((json, sentence, Vehicle { file: result.vehicle }, page, figures))
 }

@@ -1,6 +1,7 @@
 //! `identify`.
 
 use crate::error;
+use crate::interruptible;
 use crate::log::Log;
 use crate::vehicle::Vehicle;
 use anyhow::anyhow;
@@ -42,5 +43,5 @@ pub fn identify(
         let vehicle = found.vehicle().map(|(file, _)| Vehicle { file: file.clone() });
         Ok((report.to_json(), vehicle, wants_page.then(|| report.html())))
     };
-    py.detach(compute).map_err(error)
+    interruptible::run(py, compute)
 }

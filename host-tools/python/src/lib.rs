@@ -6,6 +6,7 @@
 mod columns;
 mod diagnose;
 mod identify;
+mod interruptible;
 mod log;
 mod navigate;
 mod simulate;

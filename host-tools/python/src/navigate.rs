@@ -2,6 +2,7 @@
 
 use crate::columns::{Columns, bytes};
 use crate::error;
+use crate::interruptible;
 use crate::log::Log;
 use crate::vehicle::Vehicle;
 use backseat_analysis::navigate::{Estimate, Model, NavigationResult, Settings};
@@ -38,7 +39,7 @@ pub fn navigate<'py>(
         let report = backseat_analysis::navigate::report(&result);
         Ok((result, report))
     };
-    let (result, report) = py.detach(compute).map_err(error)?;
+    let (result, report) = interruptible::run(py, compute)?;
     let track = match &result.estimate {
         Estimate::Filter(run) => track(py, &run.track),
         Estimate::DeadReckoning(positions) => vec![

@@ -1,6 +1,7 @@
 //! `simulate`.
 
 use crate::error;
+use crate::interruptible;
 use crate::vehicle::Vehicle;
 use anyhow::anyhow;
 use backseat_analysis::sim::{self, Options};
@@ -34,6 +35,6 @@ pub fn simulate(
         backseat: "host".to_owned(),
         ..Options::default()
     };
-    let (flown, report) = py.detach(|| sim::simulate(&options)).map_err(error)?;
+    let (flown, report) = interruptible::run(py, || sim::simulate(&options))?;
     Ok((report.to_json(), flown.folder.display().to_string()))
 }

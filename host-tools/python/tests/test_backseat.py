@@ -7,8 +7,10 @@ The notebook needs matplotlib; everything else numpy alone.
 
 import json
 import os
+import signal
 import subprocess
 import tempfile
+import threading
 import unittest
 from pathlib import Path
 
@@ -117,6 +119,14 @@ class WrongInput(unittest.TestCase):
 
 class Results(unittest.TestCase):
     """What a notebook shows of them."""
+
+    def test_ctrl_c_ends_the_work(self):
+        with tempfile.TemporaryDirectory() as folder:
+            threading.Timer(0.5, os.kill, (os.getpid(), signal.SIGINT)).start()
+            with self.assertRaises(KeyboardInterrupt):
+                backseat.simulate(minutes=100_000, out=f"{folder}/run")
+        # what comes next is not ended
+        self.assertEqual(len(backseat.navigate(DIVE, dvl=False).summary["digest"]), 16)
 
     def test_a_line_and_figures(self):
         os.environ["MPLBACKEND"] = "Agg"

@@ -10,6 +10,7 @@ use crate::vehicle::unflyable;
 use anyhow::{Context, bail};
 use backseat_link::{Client, Ports};
 use backseat_logs::VehicleFile;
+use backseat_logs::interrupt;
 use backseat_logs::output::Existing;
 use backseat_logs::session::{Attachment, Clock, Meta, Writer};
 use backseat_report::Report;
@@ -107,7 +108,10 @@ pub fn fly(
 
     say(&format!("{}: {ports}", scenario.settings.name));
     let bar = Progress::new("simulated seconds", scenario.settings.duration_s as usize);
-    let progress = |t_s| bar.set(t_s as usize);
+    let progress = |t_s| {
+        interrupt::check();
+        bar.set(t_s as usize);
+    };
     let end = ship.as_mut();
     let mut companion = None;
     let flight = if let Some(second) = scenario.companion() {

@@ -7,6 +7,7 @@ use crate::linear::{self, Fit};
 use crate::normal_equations::{BlockEquations, BlockEquationsBuilder, NormalEquations};
 use crate::split::DataPart;
 use crate::whitener::{Pass, Residual};
+use backseat_logs::interrupt;
 
 /// Steps of Gauss and Newton: the models are linear or nearly so.
 const STEPS: usize = 12;
@@ -109,6 +110,7 @@ impl<'a, M: LogModel> Fitting<'a, M> {
 
     /// Whitened residuals and normal equations at θ; the columns of `steps` stand behind those of θ.
     pub fn pass(&self, rows: &[Row], steps: &[Step]) -> Pass {
+        interrupt::check();
         let count = rows.first().map_or(self.model.columns(), |row| row.slopes.len()) + steps.len();
         let origins = self.origins(rows, steps);
         let slopes = |place: usize| -> Vec<f64> {

@@ -26,6 +26,7 @@ use backseat_core::navigation::{ProcessNoise, SensorNoise, SurfaceNoise};
 use backseat_core::parameters::Installation;
 use backseat_core::state::{PSI, VehicleState};
 use backseat_estimation::commands::InputLine;
+use backseat_logs::interrupt;
 use colour::ColourStates;
 
 /// Longest step of the filter, s.
@@ -118,6 +119,7 @@ pub struct Pass {
 /// `None` if the effects are impossible for this vehicle or the numbers leave the finite.
 #[must_use]
 pub fn run(setup: &Setup, samples: &Samples, set: &Effects, terms: &[Regressor]) -> Option<Pass> {
+    interrupt::check();
     let mut filter = Filter::new(setup, samples, set, terms)?;
     let columns = filter.columns();
     let mut residuals = Vec::with_capacity(3 * samples.events.len());

@@ -26,7 +26,7 @@ use backseat_core::navigation::{
 use backseat_core::parameters::{Installation, ParameterError};
 use backseat_core::state::{VehicleState, X, Y};
 use backseat_logs::log::{Column, Log, LogRow, RADPS_PER_RPM};
-use backseat_logs::{DataError, VehicleFile};
+use backseat_logs::{DataError, VehicleFile, interrupt};
 use std::time::{Duration, Instant};
 
 /// How one sensor agreed with the filter.
@@ -121,6 +121,7 @@ fn drive(
     let rows = &log.rows;
     for (index, row) in rows.iter().enumerate().skip(first_row) {
         if index % 4096 == 0 {
+            interrupt::check();
             progress(index);
         }
         pass.acoustics_before(row.time_us)?;

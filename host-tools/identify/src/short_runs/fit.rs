@@ -10,6 +10,7 @@ use super::recording::{Run, Wanted, Window, windows};
 use super::start::{OPEN, measured_state, moved};
 use super::unknowns::{Draft, Unknown};
 use backseat_core::state::VehicleState;
+use backseat_logs::interrupt;
 use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 use rayon::prelude::*;
 
@@ -288,6 +289,7 @@ impl Problem<'_> {
     }
 
     fn evaluate(&self, models: &Around, shot: &Shot) -> Evaluated {
+        interrupt::check();
         let (here, moved) = models;
         let residual = self.residuals(here, shot, &shot.deviation);
         let rows = residual.len();
