@@ -148,7 +148,7 @@ fn options(args: &Args, read: &ReadLog) -> Options {
     let no_dvl = args.no_dvl.then(|| " --no-dvl".to_owned());
     let force = if args.output.is_forced() { " --force" } else { "" };
     Options {
-        read: args.input.option(),
+        read: read.options.clone(),
         beside: with.chain(run).collect(),
         judge: truth.into_iter().chain(no_dvl).collect::<String>() + force,
         vehicle: args.vehicle.as_ref().map(|vehicle| path("vehicle", vehicle)).unwrap_or_default(),

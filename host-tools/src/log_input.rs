@@ -26,11 +26,6 @@ impl LogInput {
         Ok(ReadLog::of(path, self.map.as_deref())?)
     }
 
-    /// The option as it was given, with a space before it, for the next command; empty without one.
-    pub fn option(&self) -> String {
-        self.map.as_ref().map_or_else(String::new, |map| format!(" --columns {}", map.display()))
-    }
-
     /// Whether the log is one of a mapping.
     pub const fn is_mapped(&self) -> bool {
         self.map.is_some()

@@ -7,6 +7,7 @@ use anyhow::Context;
 use backseat_analysis::effect::terms::Terms;
 use backseat_analysis::navigate::{self, Model, RECEIVER_BIAS_M, Settings, Trial};
 use backseat_analysis::read_log::ReadLog;
+use backseat_analysis::uses;
 use backseat_core::navigation::Area;
 use backseat_logs::{DataError, Truth, VehicleFile};
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
@@ -142,6 +143,28 @@ pub fn run(args: &Args) -> anyhow::Result<Outcome> {
     explain_failure(&read, || write(args, &read, declared.as_ref(), &vehicle))
 }
 
+/// What to do about a track that is not to be trusted, and the command.
+fn next(args: &Args, read: &ReadLog) -> Option<(&'static str, String)> {
+    let (log, options) = (args.log.display(), &read.options);
+    if read.examination.suspicions().next().is_some() {
+        return Some(("Which columns contradict physics:", format!("backseat info {log}{options}")));
+    }
+    // What was joined to the log, or taken out of it, no other command knows.
+    let is_alone = args.ship.is_none() && args.modem.is_empty() && args.terms.is_none();
+    let is_diagnosed = uses::of(&read.log).iter().any(|of| of.command == "diagnose" && of.possible);
+    (is_alone && is_diagnosed).then(|| {
+        let path = |name: &str, path: &Option<PathBuf>| {
+            path.as_ref().map_or_else(String::new, |path| format!(" --{name} {}", path.display()))
+        };
+        let (vehicle, truth) = (path("vehicle", &args.vehicle), path("truth", &args.truth));
+        let no_dvl = if args.no_dvl { " --no-dvl" } else { "" };
+        (
+            "What the declared vehicle lacks, by name:",
+            format!("backseat diagnose {log}{options}{vehicle}{truth}{no_dvl}"),
+        )
+    })
+}
+
 /// From the log that was read to what is written.
 fn write(
     args: &Args,
@@ -172,6 +195,10 @@ fn write(
         backseat_logs::output::write(path, args.output.existing(), |file| result.write_track(file))?;
     }
     let report = navigate::report(&result).file("track", args.out.as_deref());
-    args.output.show(report)?;
+    let next = next(args, read).filter(|_| !result.health.doubts.is_empty());
+    args.output.show(match next {
+        Some((why, command)) => report.everywhere().section("Next").text(why).command(&command),
+        None => report,
+    })?;
     Ok(Outcome::doubtful_if(!result.health.doubts.is_empty()))
 }

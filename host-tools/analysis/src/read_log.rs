@@ -18,6 +18,8 @@ pub struct ReadLog {
     pub reader_notes: Vec<String>,
     /// Ranges, rates and what contradicts units and signs.
     pub examination: Examination,
+    /// The options by which it was read, each with a space before it, for the next command.
+    pub options: String,
     /// Time taken to read and examine it, s.
     pub read_s: f64,
 }
@@ -37,6 +39,7 @@ impl ReadLog {
             })?,
         };
         let mut read = Self::new(imported);
+        read.options = map.map_or_else(String::new, |map| format!(" --columns {}", map.display()));
         read.read_s = began.elapsed().as_secs_f64();
         Ok(read)
     }
@@ -45,7 +48,14 @@ impl ReadLog {
     pub fn new(imported: Imported) -> Self {
         let examination = Examination::of(&imported.log);
         let reader_notes = imported.log.notes.clone();
-        Self { format: imported.format, log: imported.log, reader_notes, examination, read_s: 0.0 }
+        Self {
+            format: imported.format,
+            log: imported.log,
+            reader_notes,
+            examination,
+            options: String::new(),
+            read_s: 0.0,
+        }
     }
 
     /// Adds the findings to the notes of the log, as every command does before its work.

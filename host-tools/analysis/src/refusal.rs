@@ -16,8 +16,9 @@ pub fn of(read: &ReadLog, command: &str) -> Option<Report> {
     let reasons: Vec<String> = found.iter().map(|finding| finding.message.clone()).collect();
     let answer = format!("{file}: refused, for it contradicts physics. Nothing was computed or written");
     let next = format!(
-        "`backseat info {file}` shows the whole examination. With the lines in a mapping (`backseat map` drafts one), \
-         --columns MAP.toml reads the log as it should be; --force goes on with it as it is."
+        "`backseat info {file}{}` shows the whole examination. With the lines in a mapping (`backseat map` drafts one), \
+         --columns MAP.toml reads the log as it should be; --force goes on with it as it is.",
+        read.options
     );
     let report = Report::new(format!("{command} of {file}"), answer).warnings(&reasons).section("Next").text(&next);
     Some(

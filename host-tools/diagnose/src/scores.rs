@@ -96,7 +96,8 @@ pub struct Scores {
     pub prediction: Vec<[Option<f64>; HORIZONS_S.len()]>,
     /// (time in s, horizontal error in m), all of the log.
     pub position_errors: Vec<(f64, f64)>,
-    /// The flight filter's track, north and east in m; none of a log without fins and propeller.
+    /// Track of the flight filter, north and east in m; of a log without fins and propeller that of dead reckoning, where
+    /// it was asked for.
     pub track: Vec<(f64, f64)>,
     /// Share of the variance of each acceleration that is not explained (models of manoeuvring).
     pub unexplained_variance: Vec<(&'static str, f64)>,

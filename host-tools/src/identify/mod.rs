@@ -7,11 +7,12 @@ use crate::outcome::Outcome;
 use crate::output::{Output, make_folder_of};
 use backseat_analysis::identify::{IdentificationResult, SCALES, Settings};
 use backseat_analysis::read_log::ReadLog;
+use backseat_analysis::uses;
 use backseat_core::identification::Scale;
 use backseat_identify::Method;
 use backseat_logs::VehicleFile;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -95,6 +96,33 @@ pub fn run(args: &Args) -> anyhow::Result<Outcome> {
     explain_failure(&read, || write(args, &read, other.as_ref(), vehicle))
 }
 
+/// What to do with the vehicle that was identified, or without one, and the command.
+fn next(
+    args: &Args,
+    read: &ReadLog,
+    found: &IdentificationResult,
+    file: Option<&Path>,
+) -> Option<(&'static str, String)> {
+    let (log, options) = (read.log.path.display(), &read.options);
+    let can = |command: &str| uses::of(&read.log).iter().any(|of| of.command == command && of.possible);
+    match file {
+        Some(file) => can("navigate").then(|| {
+            let command = format!("backseat navigate {log}{options} --vehicle {}", file.display());
+            ("The track with the vehicle that was identified:", command)
+        }),
+        None if found.vehicle().is_some() => {
+            let asked: Vec<String> = std::env::args().skip(1).collect();
+            let command = format!("backseat {} --out identified.toml", asked.join(" "));
+            Some(("The same again keeps the vehicle that was identified:", command))
+        }
+        None => can("diagnose").then(|| {
+            let declared =
+                args.vehicle.as_ref().map_or_else(String::new, |file| format!(" --vehicle {}", file.display()));
+            ("What the declared vehicle lacks, by name:", format!("backseat diagnose {log}{options}{declared}"))
+        }),
+    }
+}
+
 /// From the log that was read to what is written: the page and the vehicle file.
 fn write(
     args: &Args,
@@ -112,6 +140,10 @@ fn write(
         make_folder_of(path)?;
         vehicle.write(path, &source, args.output.existing())?;
     }
-    args.output.show(found.report().file("vehicle_file", vehicle_path.as_deref()))?;
+    let report = found.report().file("vehicle_file", vehicle_path.as_deref());
+    args.output.show(match next(args, read, &found, vehicle_path.as_deref()) {
+        Some((why, command)) => report.section("Next").text(why).command(&command),
+        None => report,
+    })?;
     Ok(Outcome::doubtful_if(found.is_doubtful()))
 }

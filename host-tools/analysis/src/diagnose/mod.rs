@@ -25,7 +25,9 @@ use backseat_diagnose::log_effects::Effects;
 use backseat_diagnose::log_models::LogModelDiagnosis;
 use backseat_diagnose::prepared_log::PreparedLog;
 use backseat_diagnose::scores::{self, Scores};
+use backseat_estimation::dead_reckoning::{self, Method};
 use backseat_estimation::inputs;
+use backseat_logs::log::Column;
 use backseat_logs::{Log, Truth, VehicleFile};
 use backseat_report::console::Spinner;
 use log_kinds::Kind;
@@ -112,7 +114,7 @@ pub fn compute_with<'a>(
     let mut notes = log.notes.clone();
     let spinner = Spinner::new("diagnose");
     let is_dynamic = has_actuators(&log);
-    let Judged { diagnosis, before, after, with_terms, position_by_part } = if is_dynamic {
+    let Judged { diagnosis, mut before, mut after, with_terms, position_by_part } = if is_dynamic {
         if declared.is_none() {
             notes.push(format!("no --vehicle given: the declared model is the built-in {}", vehicle.name));
         }
@@ -123,7 +125,11 @@ pub fn compute_with<'a>(
     drop(spinner);
     notes.extend(magnetic::note(&log, &diagnosis.effects));
     notes.extend(diagnosis.notes.iter().cloned());
-    let (vehicle, vehicle_notes) = corrected_vehicle::of(vehicle, &diagnosis, is_dynamic);
+    let declared = vehicle;
+    let (vehicle, vehicle_notes) = corrected_vehicle::of(declared, &diagnosis, is_dynamic);
+    if !is_dynamic {
+        [before.track, after.track] = reckoned(&read.log, [declared, &vehicle], !no_dvl);
+    }
     Ok(DiagnosisResult {
         log,
         diagnosis,
@@ -153,6 +159,19 @@ impl DiagnosisResult<'_> {
             file_name(&self.log.path)
         )
     }
+}
+
+/// Tracks of dead reckoning from the first fix on by these vehicles; none of a log that is diagnosed by another model.
+fn reckoned(log: &Log, vehicles: [&VehicleFile; 2], use_dvl: bool) -> [Vec<(f64, f64)>; 2] {
+    let has_dvl = use_dvl && [Column::DvlU, Column::DvlV, Column::DvlW].into_iter().all(|column| log.has(column));
+    let method = if has_dvl { Method::CompassDvl } else { Method::HeadingSpeed };
+    let is_reckoned = log_kinds::use_of(log) == Ok(log_kinds::DEAD_RECKONING);
+    vehicles.map(|vehicle| {
+        let log = inputs::at_centre(log, &vehicle.installation);
+        let run = is_reckoned.then(|| dead_reckoning::run(&log, method, &vehicle.effects.set));
+        let positions = run.and_then(Result::ok).unwrap_or_default();
+        positions.iter().map(|position| (position.position_m[0], position.position_m[1])).collect()
+    })
 }
 
 /// The main route: the vehicle's own dynamics.

@@ -21,7 +21,7 @@ pub fn evidence(report: Report, result: &DiagnosisResult<'_>) -> Report {
     details(ladder(residual(errors(report, result), result), result), result)
 }
 
-/// The flight filter's track before and after, and the fixes.
+/// The track before and after, and the fixes.
 pub fn map(report: Report, result: &DiagnosisResult<'_>) -> Report {
     let (before, after) = (&result.before.track, &result.after.track);
     if before.is_empty() {
@@ -32,7 +32,9 @@ pub fn map(report: Report, result: &DiagnosisResult<'_>) -> Report {
     lines.push(("GNSS fixes", &fixes));
     let svg = plots::track(&TrackPlot { estimates: &lines, ..TrackPlot::default() });
     let withheld = if result.before.position_against == Some("truth") { "" } else { ", its later fixes withheld" };
-    report.figure(&format!("Track of the flight filter with the declared vehicle and with the effect{withheld}."), svg)
+    let whose = if is_predicted(result) { "the flight filter" } else { "dead reckoning from the first fix on" };
+    let found = if result.diagnosis.effects.is_empty() { "" } else { " and with the vehicle file that was found" };
+    report.figure(&format!("Track of {whose} with the declared vehicle{found}{withheld}."), svg)
 }
 
 /// North and east; the line breaks where fixes are missing.

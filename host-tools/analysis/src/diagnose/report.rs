@@ -2,7 +2,7 @@
 
 use super::files::Files;
 use super::format::{number, optional, probability};
-use super::sentence::{capital, next, sentence};
+use super::sentence::{capital, next, predicted, sentence};
 use super::{DiagnosisResult, HELD_OUT, json, page};
 use crate::provenance;
 use crate::read_log::file_name;
@@ -129,6 +129,12 @@ fn before_after(result: &DiagnosisResult<'_>) -> Table {
             columns[0].insert(2 + part, optional(before, 2));
             columns[1].insert(2 + part, optional(after, 2));
             columns.iter_mut().skip(2).for_each(|cells| cells.insert(2 + part, "-".to_owned()));
+        }
+    }
+    if let Some((channel, (before, after))) = predicted(&result.before, &result.after) {
+        names.insert(1, format!("{} in 10 s [{}]", channel.name(), channel.unit()));
+        for (column, value) in columns.iter_mut().zip([Some(before), Some(after), None]) {
+            column.insert(1, optional(value, 4));
         }
     }
     names.extend(result.before.unexplained_variance.iter().map(|(name, _)| format!("{name}, variance unexplained")));

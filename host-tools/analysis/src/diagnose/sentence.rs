@@ -5,7 +5,8 @@ use super::files::{Files, Options};
 use backseat_core::effects::{FIN_NAMES, ParameterKind, fin_index};
 use backseat_diagnose::diagnosis::FoundEffect;
 use backseat_diagnose::remaining::Remaining;
-use backseat_diagnose::scores::Scores;
+use backseat_diagnose::samples::ResidualChannel;
+use backseat_diagnose::scores::{PREDICTED, Scores, VELOCITY_HORIZON};
 use backseat_diagnose::verdict::Verdict;
 
 /// Effects in words; `{name}` is the value of that parameter, a fin by its name. What is not here is listed by its
@@ -150,13 +151,36 @@ fn quantity(value: f64, unit: &str) -> String {
     format!("{number} {unit}").trim_end().to_owned()
 }
 
-/// What the effects change on held-out data: of the position where it can be compared, else of the velocity.
+/// What the effects change on held-out data: of the position where it can be compared, else of the velocity; where that
+/// stays as it is, of the prediction that falls most as well.
 fn gain(before: &Scores, after: &Scores) -> Option<String> {
-    let (what, [before, after], unit, digits) = match [before, after].map(|scores| scores.position_rmse_m) {
-        [Some(before), Some(after)] => ("position error", [before, after], "m", 2),
-        _ => ("velocity error", [before.velocity_rmse_mps?, after.velocity_rmse_mps?], "m/s", 4),
-    };
-    Some(format!("held-out {what} {before:.digits$} -> {after:.digits$} {unit}"))
+    let position = before.position_rmse_m.zip(after.position_rmse_m).map(|pair| ("position error", pair, "m", 2));
+    let velocity = || before.velocity_rmse_mps.zip(after.velocity_rmse_mps);
+    let told = position.or_else(|| velocity().map(|pair| ("velocity error", pair, "m/s", 4)));
+    let text = told.map(|(what, (before, after), unit, digits)| {
+        format!("held-out {what} {before:.digits$} -> {after:.digits$} {unit}")
+    });
+    let predicted = predicted(before, after).filter(|_| told.is_none_or(|(_, pair, ..)| !falls(pair)));
+    let predicted = predicted.map(|(channel, (before, after))| {
+        let [before, after] = [before, after].map(|value| quantity(value, channel.unit()));
+        format!("{} predicted over ten seconds to {after} instead of {before}", channel.name())
+    });
+    let parts: Vec<String> = text.into_iter().chain(predicted).collect();
+    (!parts.is_empty()).then(|| parts.join("; "))
+}
+
+/// Whether an error is less by a tenth or more.
+fn falls((before, after): (f64, f64)) -> bool {
+    after <= 0.9 * before
+}
+
+/// Of attitude, rates and depth predicted over ten seconds the one whose error falls most, if one does, before and after.
+pub fn predicted(before: &Scores, after: &Scores) -> Option<(ResidualChannel, (f64, f64))> {
+    let error = |scores: &Scores, place: usize| scores.prediction.get(place)?[VELOCITY_HORIZON];
+    let of = PREDICTED.iter().enumerate().skip(3);
+    let of = of.filter_map(|(place, channel)| Some((*channel, (error(before, place)?, error(after, place)?))));
+    let share = |(_, (before, after)): &(ResidualChannel, (f64, f64))| after / before;
+    of.filter(|(_, pair)| falls(*pair)).min_by(|a, b| share(a).total_cmp(&share(b)))
 }
 
 /// What would fit as well, and what tells it apart.

@@ -35,7 +35,8 @@ fn report(path: &Path, (what, facts, next): Described) -> Report {
     let file = path.display().to_string();
     let report = Report::new(file.clone(), format!("{file}: {what}"));
     let report = facts.iter().fold(report, |report, fact| report.text(&format!("  {fact}")));
-    let report = report.section("Next").text(next).value("file", file).value("format", what);
+    let next = next.replace("FILE", &file);
+    let report = report.section("Next").text(&next).value("file", file).value("format", what);
     report.value("facts", facts).value("next", next).value("verdict", "usable")
 }
 

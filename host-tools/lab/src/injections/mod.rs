@@ -12,6 +12,7 @@ use crate::store::{Key, version};
 use anyhow::{Context as _, bail};
 use backseat_analysis::diagnose::log_kinds;
 use backseat_diagnose::log_models::{LogModelDiagnosis, dead_reckoning};
+use backseat_logs::log::plausibility::Examination;
 use backseat_logs::{Column, Log, VehicleFile, importers};
 use backseat_report::console;
 use inject::Injection;
@@ -59,14 +60,18 @@ struct Done {
 pub fn run(args: &Args) -> anyhow::Result<()> {
     let mut paths = Vec::new();
     logs_in(&args.folder, &mut paths)?;
-    let mut jobs: Vec<(Key, Log)> = Vec::new();
+    let (mut jobs, mut refused): (Vec<(Key, Log)>, Vec<(String, String)>) = (Vec::new(), Vec::new());
     for path in paths {
         // A folder of logs holds other tables as well.
         let Ok(imported) = importers::read(&path) else { continue };
         let is_reckoned = log_kinds::use_of(&imported.log) == Ok(log_kinds::DEAD_RECKONING);
         if is_reckoned && imported.log.duration_s() >= SHORTEST_S {
             let name = path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
-            jobs.push(((name, args.seed.unwrap_or(0)), imported.log));
+            // What `diagnose` refuses is not diagnosed here either.
+            match Examination::of(&imported.log).suspicions().next() {
+                Some(finding) => refused.push((name, finding.what.clone())),
+                None => jobs.push(((name, args.seed.unwrap_or(0)), imported.log)),
+            }
         }
     }
     if jobs.is_empty() {
@@ -94,7 +99,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     })?;
     let Some(done) = done else { return Ok(()) };
     let logs: Vec<(String, Done)> = jobs.into_iter().map(|((name, _), _)| name).zip(done).collect();
-    let text = page::markdown(&logs, args.seed);
+    let text = page::markdown(&logs, &refused, args.seed);
     if let Some(path) = &args.out {
         std::fs::write(path, &text).with_context(|| path.display().to_string())?;
     }

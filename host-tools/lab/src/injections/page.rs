@@ -8,7 +8,8 @@ use backseat_report::markdown::markdown_table;
 use serde_json::{Value, json};
 use std::fmt::Write as _;
 
-pub fn markdown(logs: &[(String, Done)], seed: Option<u64>) -> String {
+/// The page; `refused` are logs with what speaks against each.
+pub fn markdown(logs: &[(String, Done)], refused: &[(String, String)], seed: Option<u64>) -> String {
     let all: Vec<&Scored> = logs.iter().flat_map(|(_, done)| &done.scored).collect();
     let mut page = String::from("# Effects of known size in recorded logs\n\n");
     let _ = writeln!(
@@ -52,6 +53,9 @@ pub fn markdown(logs: &[(String, Done)], seed: Option<u64>) -> String {
             "- {name}, {:.0} s, as it was recorded: {}; named is {named}",
             base.duration_s, base.verdict
         );
+    }
+    for (name, what) in refused {
+        let _ = writeln!(page, "- {name}: refused by `backseat info`, nothing was put in: {what}");
     }
     let _ = writeln!(page, "\n## By effect\n");
     let mut table = markdown_table(HEADER.map(|head| if head.is_empty() { "put in" } else { head }));

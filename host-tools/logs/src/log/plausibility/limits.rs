@@ -111,11 +111,18 @@ pub(super) fn check(log: &Log, columns: &[ColumnSummary]) -> Vec<Finding> {
     findings
 }
 
+/// What is plausible of a column; `None` where nobody knows.
+pub(super) fn of(log: &Log, column: Column) -> Option<[f64; 2]> {
+    // Before its gear a motor turns faster than any propeller.
+    if log.is_motor_rpm && column == Column::PropRpm {
+        return None;
+    }
+    LIMITS.iter().find(|limit| limit.columns.contains(&column)).map(|limit| [limit.low, limit.high])
+}
+
 /// Values outside what is plausible: some are outliers, one in a hundred is another unit.
 fn range(log: &Log, summary: &ColumnSummary) -> Option<Finding> {
-    if log.is_motor_rpm && summary.column == Column::PropRpm {
-        return None; // before its gear a motor turns faster than any propeller
-    }
+    of(log, summary.column)?;
     let limit = LIMITS.iter().find(|limit| limit.columns.contains(&summary.column))?;
     let is_outside = |value: f64| !(limit.low..=limit.high).contains(&value);
     if !is_outside(summary.min) && !is_outside(summary.max) {

@@ -1,12 +1,13 @@
 //! Is a log what its column names say? Ranges, rates and gaps of every column, and what contradicts units and signs.
 //!
-//! Evidence of four kinds: names that are almost those of columns (`names`), values that no vehicle has (`limits`),
-//! readings that stand still or in no order (`held`), and columns that contradict each other by physics that needs no
-//! vehicle (`recording`), such as a heading that falls where the yaw rate is positive.
+//! Evidence of five kinds: names that are almost those of columns (`names`), values that no vehicle has (`limits`), numbers
+//! that stand for no reading (`marks`), readings that stand still or in no order (`held`), and columns that contradict each
+//! other by physics that needs no vehicle (`recording`), such as a heading that falls where the yaw rate is positive.
 
 mod held;
 mod limits;
 mod magnetic;
+mod marks;
 mod names;
 mod recording;
 mod summary;
@@ -75,15 +76,19 @@ impl Examination {
     /// Examines a log as its reader gave it, before the installation is applied.
     #[must_use]
     pub fn of(log: &Log) -> Self {
-        let columns: Vec<ColumnSummary> =
-            Column::ALL.into_iter().filter_map(|column| ColumnSummary::of(log, column)).collect();
+        let columns = summaries(log);
         let mut findings = names::check(log);
         findings.extend(limits::time(log, &columns));
         let (mut untested, mut holding) = (Vec::new(), Vec::new());
         // with times that are wrong nothing else can be compared
         if findings.iter().all(|finding| finding.column.is_some() || finding.severity == Severity::Remark) {
+            // what stands for no reading is compared with nothing
+            let (marks, log) = marks::taken_out(log, &columns);
+            let columns = if marks.is_empty() { columns.clone() } else { summaries(&log) };
+            let log = &*log;
             let odd = held::check(log, &columns);
             let values = limits::check(log, &columns);
+            findings.extend(marks);
             let is_doubted = |column| {
                 odd.iter().any(|finding| finding.column == Some(column) && finding.severity == Severity::Suspicious)
             };
@@ -121,6 +126,10 @@ impl Examination {
     pub fn is_suspicious(&self) -> bool {
         self.suspicions().next().is_some()
     }
+}
+
+fn summaries(log: &Log) -> Vec<ColumnSummary> {
+    Column::ALL.into_iter().filter_map(|column| ColumnSummary::of(log, column)).collect()
 }
 
 impl Finding {
