@@ -11,7 +11,7 @@ use crate::requests;
 use crate::ring::Ring;
 use backseat_wire::Counts;
 use backseat_wire::hostlink::{
-    self, BoardLog, FromBoard, Mode, ModeReason, Oscillator, Port, Refusal, Step, StepDone, ToBoard,
+    self, BoardLog, FromBoard, Hardware, Mode, ModeReason, Oscillator, Port, Refusal, Step, StepDone, ToBoard,
 };
 #[cfg(feature = "static-filter")]
 use core::mem::offset_of;
@@ -204,6 +204,11 @@ impl App {
     /// What becomes of the log that the board keeps, as its driver knows it after each step.
     pub fn board_log(&mut self, log: BoardLog) {
         self.backseat.drivers.log(log);
+    }
+
+    /// What the board's hardware has come to, after each step.
+    pub fn hardware(&mut self, hardware: Hardware) {
+        self.backseat.drivers.hardware(hardware);
     }
 
     /// The host may be sending the key: bytes of the host port must not be logged now.

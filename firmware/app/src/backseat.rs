@@ -14,6 +14,7 @@ use crate::estimator::{Estimator, FilterPlace};
 use crate::host::{HOST_RING, Host, send};
 use crate::inputs::Inputs;
 use crate::inputs::installation::horizon_us;
+use crate::late::LateSteps;
 use crate::learning::Learning;
 use crate::links::Links;
 use crate::modes::{ModeFacts, Modes};
@@ -70,12 +71,12 @@ struct StepState {
     configured: bool,
     last_step_us: Option<u64>,
     /// Steps a whole step late or more, and the latest of them, µs.
-    late: [u32; 2],
+    late: LateSteps,
     digest: u64,
 }
 
 impl StepState {
-    const NONE: Self = Self { configured: false, last_step_us: None, late: [0; 2], digest: 0 };
+    const NONE: Self = Self { configured: false, last_step_us: None, late: LateSteps::NONE, digest: 0 };
 }
 
 impl Backseat {
@@ -164,13 +165,8 @@ impl Backseat {
         if self.state.last_step_us.is_some_and(|last_us| now_us <= last_us) {
             return false;
         }
-        let late_us = self.state.last_step_us.map_or(0, |last_us| now_us.saturating_sub(last_us + STEP_US));
-        if late_us >= STEP_US {
-            let [count, latest_us] = self.state.late;
-            let late_us = u32::try_from(late_us).unwrap_or(u32::MAX);
-            self.state.late = [count.saturating_add(1), latest_us.max(late_us)];
-            self.drivers.news = true;
-        }
+        let since_last_us = self.state.last_step_us.map_or(0, |last_us| now_us - last_us);
+        self.drivers.news |= self.state.late.note(since_last_us);
         self.state.last_step_us = Some(now_us);
         if !self.state.configured {
             // the active set was checked when it was committed; the defaults are valid
@@ -297,6 +293,7 @@ impl Backseat {
             resumed: self.unconfigured || self.estimator.resumed().is_some(),
             suspect: self.estimator.is_suspect(),
             unsteerable_us: age(self.estimator.unsteerable_since_us()),
+            overloaded: self.state.late.is_overloaded(),
             mission: self.steering.under_way(),
         }
     }
@@ -439,7 +436,6 @@ impl Backseat {
 
     /// The counters that the host link carries.
     pub fn link_health(&self) -> hostlink::Health {
-        let [late_steps, latest_step_us] = self.state.late;
         hostlink::Health {
             accepted_frames: Port::DEVICES.map(|port| self.links.accepted(port)),
             rejected_frames: self.links.rejected(&self.parameters.active().app),
@@ -448,8 +444,9 @@ impl Backseat {
             receive_losses: self.drivers.receive_losses,
             oscillator: self.clock.oscillator(),
             log: self.drivers.log,
-            late_steps,
-            latest_step_us,
+            late_steps: self.state.late.count,
+            latest_step_us: self.state.late.latest_us,
+            hardware: self.drivers.hardware,
         }
     }
 

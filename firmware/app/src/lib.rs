@@ -40,6 +40,7 @@ mod health;
 mod held;
 mod host;
 pub mod inputs;
+mod late;
 mod learning;
 pub mod links;
 mod lockstep;

@@ -38,6 +38,8 @@ pub struct ModeFacts {
     pub suspect: bool,
     /// How long attitude or depth has contradicted the filter, once it is suspect, µs.
     pub unsteerable_us: Option<u64>,
+    /// Steps have come late, too many of them.
+    pub overloaded: bool,
     /// A mission is under way.
     pub mission: bool,
 }
@@ -68,6 +70,9 @@ fn judge(facts: &ModeFacts, settings: &AppSettings, now: Mode) -> (Mode, ModeRea
     }
     if stale(facts.frontseat_age_us, settings.frontseat_timeout_s) {
         return (Mode::Safe, ModeReason::FrontseatSilent);
+    }
+    if facts.overloaded {
+        return (Mode::Safe, ModeReason::Overloaded);
     }
     if attitude {
         return (Mode::Safe, ModeReason::AttitudeStale);
@@ -247,6 +252,7 @@ mod tests {
         resumed: false,
         suspect: false,
         unsteerable_us: None,
+        overloaded: false,
         mission: true,
     };
     const STEP_US: u64 = 100_000;
@@ -257,6 +263,7 @@ mod tests {
         let uncertain = |position_sigma_m| ModeFacts { position_sigma_m, ..GOOD };
         let cases = [
             (GOOD, Mode::Navigating, ModeReason::Nominal),
+            (ModeFacts { overloaded: true, ..GOOD }, Mode::Safe, ModeReason::Overloaded),
             (ModeFacts { resumed: true, ..GOOD }, Mode::Degraded, ModeReason::Restarted),
             (ModeFacts { failed: true, ..GOOD }, Mode::Lost, ModeReason::FilterFailed),
             (ModeFacts { initialised: false, ..GOOD }, Mode::Initialising, ModeReason::NoFix),

@@ -100,7 +100,8 @@ impl App {
         };
         let navigation = navigation.or_else(waiting);
         let utc_us = clock.utc_us(now_us).filter(|_| clock.is_fine());
-        let (sequence, resets, under_way) = (last.sequence.wrapping_add(1), last.resets, self.is_under_way());
+        let under_way = self.is_under_way() || self.backseat.steering.is_stopping();
+        let (sequence, resets) = (last.sequence.wrapping_add(1), last.resets);
         RestartRecord { sequence, powered_us, under_way, resets, navigation, utc_us }
     }
 }

@@ -5,7 +5,9 @@ use backseat_app::parameters::PARAMETER_SCHEMA;
 use backseat_link::board::{Declared, Identity};
 use backseat_logs::data_sheets;
 use backseat_wire::calendar::DateTime;
-use backseat_wire::hostlink::{BoardLog, Health, LogState, Mode, ModeReason, Oscillator, Port, Restart, Telemetry};
+use backseat_wire::hostlink::{
+    BoardLog, Hardware, Health, LogState, Mode, ModeReason, Oscillator, Port, Restart, Telemetry,
+};
 use serde_json::{Value, json};
 use std::fmt;
 use std::time::Duration;
@@ -15,6 +17,9 @@ const LEAST_RATE_HZ: f64 = 8.0;
 
 /// Two clocks that are set differ by less; which of them is wrong is for the operator to say.
 const CLOCK_DIFFERENCE_S: f64 = 5.0;
+
+/// Of a board's option bytes: 2.7 V.
+const HIGHEST_BROWN_OUT: u8 = 3;
 
 /// How a check came out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -92,6 +97,7 @@ pub fn lines(look: &Look) -> Vec<CheckLine> {
         clock(look),
         oscillator(look),
         log(look),
+        hardware(look),
         pps(look),
         mode(look),
         parameters(&look.parameters),
@@ -271,6 +277,45 @@ fn log(look: &Look) -> CheckLine {
     CheckLine::new(verdict, "board log", found)
 }
 
+/// What should not happen on a board that is about to dive; what it has room for, where it says so.
+fn hardware(look: &Look) -> CheckLine {
+    const WHAT: &str = "hardware";
+    let Some(Hardware {
+        supply_dips,
+        brown_out_level,
+        wrong_bits: [mended, lost],
+        longest_step_us,
+        load_permille,
+        stacks,
+    }) = look.counters.1.hardware
+    else {
+        return CheckLine::new(Verdict::Note, WHAT, "a computer stands in for the board");
+    };
+    let narrow = stacks.iter().any(|stack| u64::from(stack.used) * 10 > u64::from(stack.room) * 9);
+    let mut found = vec![format!(
+        "load {:.0} %, longest step {:.1} ms, stacks {} bytes",
+        0.1 * f64::from(load_permille),
+        1e-3 * f64::from(longest_step_us),
+        stacks.map(|stack| format!("{} of {}", stack.used, stack.room)).join(" and ")
+    )];
+    if supply_dips > 0 {
+        found.push(format!("the supply fell {supply_dips} times"));
+    }
+    if brown_out_level < HIGHEST_BROWN_OUT {
+        found.push(format!("brown-out level {brown_out_level}: set 3 (README of the board, option bytes)"));
+    }
+    if mended + lost > 0 {
+        found.push(format!("wrong bits in memory: {mended} corrected, {lost} not"));
+    }
+    let verdict = match (supply_dips + lost, found.len()) {
+        (1.., _) => Verdict::Fail,
+        _ if narrow || load_permille > 800 => Verdict::Fail,
+        (0, 1) => Verdict::Pass,
+        _ => Verdict::Note,
+    };
+    CheckLine::new(verdict, WHAT, found.join("; "))
+}
+
 fn pps(look: &Look) -> CheckLine {
     let (before, after) = &look.counters;
     let edges = after.pps_edges.saturating_sub(before.pps_edges);
@@ -355,6 +400,7 @@ fn mission(waypoints: usize) -> CheckLine {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use backseat_wire::hostlink::Stack;
 
     fn look(before: [u32; 5], after: [u32; 5]) -> Look {
         let health = |receive_losses| Health {
@@ -365,6 +411,7 @@ mod tests {
             receive_losses,
             late_steps: 0,
             latest_step_us: 0,
+            hardware: None,
             oscillator: Oscillator::Crystal,
             log: BoardLog::NONE,
         };
@@ -376,6 +423,32 @@ mod tests {
             telemetry: Vec::new(),
             watched: Duration::from_secs(3),
             now_us: 0,
+        }
+    }
+
+    #[test]
+    fn hardware_that_fails_is_no_go() {
+        let stacks = [Stack { used: 15_000, room: 24_576 }, Stack { used: 7_000, room: 16_384 }];
+        let good =
+            Hardware { brown_out_level: 3, longest_step_us: 8_700, load_permille: 90, stacks, ..Hardware::default() };
+        let of = |hardware| {
+            let mut look = look([0; 5], [0; 5]);
+            look.counters.1.hardware = hardware;
+            super::hardware(&look)
+        };
+        let found = "load 9 %, longest step 8.7 ms, stacks 15000 of 24576 and 7000 of 16384 bytes";
+        assert_eq!(of(Some(good)), CheckLine::new(Verdict::Pass, "hardware", found));
+        let full = [Stack { used: 23_000, room: 24_576 }, good.stacks[1]];
+        for (hardware, verdict) in [
+            (None, Verdict::Note),
+            (Some(Hardware { supply_dips: 1, ..good }), Verdict::Fail),
+            (Some(Hardware { brown_out_level: 0, ..good }), Verdict::Note),
+            (Some(Hardware { wrong_bits: [2, 0], ..good }), Verdict::Note),
+            (Some(Hardware { wrong_bits: [0, 1], ..good }), Verdict::Fail),
+            (Some(Hardware { load_permille: 900, ..good }), Verdict::Fail),
+            (Some(Hardware { stacks: full, ..good }), Verdict::Fail),
+        ] {
+            assert_eq!(of(hardware).verdict, verdict, "{hardware:?}");
         }
     }
 

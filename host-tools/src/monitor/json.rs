@@ -5,7 +5,7 @@ use backseat_core::effects::parameters;
 use backseat_core::navigation::naming::Cause;
 use backseat_logs::STATE_COLUMNS;
 use backseat_logs::session::EstimatesRow;
-use backseat_wire::hostlink::{FaultReport, Naming, Port, Telemetry, Visibility};
+use backseat_wire::hostlink::{FaultReport, Hardware, Naming, Port, Telemetry, Visibility};
 use serde_json::{Map, Value, json};
 
 /// What is known now; of the events, those after the first `seen`. And how many there are.
@@ -162,7 +162,22 @@ fn ports(model: &Model) -> Value {
     ports.insert("oscillator".into(), json!(words::oscillator(health.oscillator)));
     let log = json!({"state": words::log_state(health.log.state), "lost_records": health.log.lost_records});
     ports.insert("board_log".into(), log);
+    ports.insert("hardware".into(), health.hardware.as_ref().map_or(Value::Null, hardware));
     Value::Object(ports)
+}
+
+fn hardware(hardware: &Hardware) -> Value {
+    let stacks = hardware.stacks.map(|stack| json!({"used_bytes": stack.used, "room_bytes": stack.room}));
+    json!({
+        "supply_dips": hardware.supply_dips,
+        "brown_out_level": hardware.brown_out_level,
+        "wrong_bits_corrected": hardware.wrong_bits[0],
+        "wrong_bits_lost": hardware.wrong_bits[1],
+        "longest_step_s": f64::from(hardware.longest_step_us) * 1e-6,
+        "load": f64::from(hardware.load_permille) * 1e-3,
+        "stack_of_interrupts": stacks[0],
+        "stack_of_thread_mode": stacks[1],
+    })
 }
 
 fn link(model: &Model, now_us: u64) -> Value {

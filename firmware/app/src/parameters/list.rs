@@ -177,44 +177,55 @@ const fn effect(place: usize) -> Parameter {
     Parameter { name: "", element: 0, declaration, access: Access::Effect(id) }
 }
 
-/// Longest name, bytes.
-const NAME: usize = 64;
-/// The names, and their lengths.
-static NAMES: [([u8; NAME], usize); COUNT] = {
-    const fn push(name: &mut ([u8; NAME], usize), part: &[u8]) {
+/// Most bytes of all names.
+const ROOM: usize = 32 * COUNT;
+
+/// The names one behind the other, and where each ends.
+const JOINED: ([u8; ROOM], [usize; COUNT]) = {
+    const fn push(bytes: &mut [u8; ROOM], mut length: usize, part: &[u8]) -> usize {
         let mut i = 0;
         while i < part.len() {
-            name.0[name.1] = part[i];
-            (i, name.1) = (i + 1, name.1 + 1);
+            bytes[length] = part[i];
+            (i, length) = (i + 1, length + 1);
         }
+        length
     }
-    const fn push_index(name: &mut ([u8; NAME], usize), index: usize) {
+    const fn push_index(bytes: &mut [u8; ROOM], length: usize, index: usize) -> usize {
         assert!(index < 100, "two digits");
-        push(name, b"[");
-        if index >= 10 {
-            push(name, &[b'0' + (index / 10) as u8]);
-        }
-        push(name, &[b'0' + (index % 10) as u8, b']']);
+        let digits = [b'0' + (index / 10) as u8, b'0' + (index % 10) as u8];
+        let length = push(bytes, length, b"[");
+        let length = push(bytes, length, if index >= 10 { &digits } else { digits.split_at(1).1 });
+        push(bytes, length, b"]")
     }
-    let mut names = [([0; NAME], 0); COUNT];
-    let mut i = 0;
+    let (mut bytes, mut ends) = ([0; ROOM], [0; COUNT]);
+    let (mut i, mut end) = (0, 0);
     while i < COUNT {
         let Parameter { element, declaration, access, .. } = UNNAMED[i];
-        push(&mut names[i], declaration.key.as_bytes());
+        end = push(&mut bytes, end, declaration.key.as_bytes());
         if let Access::Effect(id) = access {
-            push(&mut names[i], b".");
-            push(&mut names[i], id.effect().name.as_bytes());
-            push(&mut names[i], b".");
-            push(&mut names[i], id.info().name.as_bytes());
+            end = push(&mut bytes, end, b".");
+            end = push(&mut bytes, end, id.effect().name.as_bytes());
+            end = push(&mut bytes, end, b".");
+            end = push(&mut bytes, end, id.info().name.as_bytes());
         }
         match declaration.shape {
             Shape::Scalar => {}
-            Shape::Vector(_) => push_index(&mut names[i], element),
+            Shape::Vector(_) => end = push_index(&mut bytes, end, element),
             Shape::Matrix(_, columns) => {
-                push_index(&mut names[i], element / columns);
-                push_index(&mut names[i], element % columns);
+                end = push_index(&mut bytes, end, element / columns);
+                end = push_index(&mut bytes, end, element % columns);
             }
         }
+        ends[i] = end;
+        i += 1;
+    }
+    (bytes, ends)
+};
+/// So that the image holds no byte more than the names have.
+static NAMES: [u8; JOINED.1[COUNT - 1]] = {
+    let (mut names, mut i) = ([0; JOINED.1[COUNT - 1]], 0);
+    while i < names.len() {
+        names[i] = JOINED.0[i];
         i += 1;
     }
     names
@@ -223,14 +234,14 @@ static NAMES: [([u8; NAME], usize); COUNT] = {
 /// All parameters, in the order of their index.
 pub static PARAMETERS: &[Parameter] = &{
     let mut list = UNNAMED;
-    let mut i = 0;
+    let (mut i, mut start) = (0, 0);
     while i < COUNT {
-        let (name, length) = &NAMES[i];
-        list[i].name = match core::str::from_utf8(name.split_at(*length).0) {
+        let end = JOINED.1[i];
+        list[i].name = match core::str::from_utf8(NAMES.split_at(end).0.split_at(start).1) {
             Ok(name) => name,
             Err(_) => panic!("names are ASCII"),
         };
-        i += 1;
+        (i, start) = (i + 1, end);
     }
     list
 };

@@ -26,13 +26,13 @@ pub enum SaveError<E> {
 /// The parameter set in a flash of its own: the first half holds one copy, the second the other.
 #[derive(Debug)]
 pub struct ParameterFlash<F> {
-    flash: F,
-    half: u32,
+    pub(super) flash: F,
+    pub(super) half: u32,
 }
 
 /// What was found in one half.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Copy {
+pub(super) struct Copy {
     /// Sequence number of an intact copy, be it usable or not.
     sequence: Option<u32>,
     usable: Result<(), Refused>,
@@ -50,11 +50,11 @@ impl<F: NorFlash> ParameterFlash<F> {
     /// Takes all of `flash`, half of it for each copy.
     ///
     /// # Errors
-    /// [`Geometry`] when a half is not a number of whole sectors or too small for a copy.
+    /// [`Geometry`] when a half is not a number of whole sectors or too small for a copy and marks.
     pub fn new(flash: F) -> Result<Self, Geometry> {
         let () = Self::WORDS_FIT;
         let half = flash.capacity() / 2;
-        if !half.is_multiple_of(F::ERASE_SIZE) || half < WORDS * WORD {
+        if !half.is_multiple_of(F::ERASE_SIZE) || !Self::holds_marks(half) {
             return Err(Geometry);
         }
         let half = u32::try_from(half).map_err(|_| Geometry)?;
@@ -72,7 +72,7 @@ impl<F: NorFlash> ParameterFlash<F> {
     /// Without a usable copy: what is wrong with either. `settings` keeps what it has, or has the defaults when a copy
     /// can no longer be read the second time.
     pub fn load(&mut self, settings: &mut Settings) -> Result<u32, [Refused; 2]> {
-        let copies = [0, 1].map(|half| self.examine(half, None));
+        let copies = self.copies();
         if let (Err(first), Err(second)) = (copies[0].usable, copies[1].usable) {
             return Err([first, second]);
         }
@@ -90,7 +90,7 @@ impl<F: NorFlash> ParameterFlash<F> {
     /// # Errors
     /// [`SaveError`]; the old set stays what [`Self::load`] finds.
     pub fn save(&mut self, settings: &Settings) -> Result<u32, SaveError<F::Error>> {
-        let copies = [0, 1].map(|half| self.examine(half, None));
+        let copies = self.copies();
         let target = 1 - newest_of(&copies);
         let last = match copies.map(|copy| copy.sequence) {
             [Some(a), Some(b)] => Some(if is_newer(b, a) { b } else { a }),
@@ -119,6 +119,11 @@ impl<F: NorFlash> ParameterFlash<F> {
             Copy { sequence: Some(found), usable: Ok(()) } if found == sequence => Ok(sequence),
             _ => Err(SaveError::Verify),
         }
+    }
+
+    /// Both copies.
+    pub(super) fn copies(&mut self) -> [Copy; 2] {
+        [0, 1].map(|half| self.examine(half, None))
     }
 
     /// Checks one copy and reads it into `into`, which is only to be used when the copy is usable.
@@ -165,7 +170,7 @@ impl<F: NorFlash> ParameterFlash<F> {
 }
 
 /// The half to keep: the newer usable copy, else the newer intact one, else the second.
-fn newest_of(copies: &[Copy; 2]) -> u32 {
+pub(super) fn newest_of(copies: &[Copy; 2]) -> u32 {
     let rank = |copy: &Copy| (copy.usable.is_ok(), copy.sequence.is_some());
     let [a, b] = copies;
     match (a.sequence, b.sequence) {

@@ -59,7 +59,7 @@ pub struct RestartRecord {
     pub sequence: u32,
     /// Powered time of the record, µs.
     pub powered_us: u64,
-    /// A mission is under way.
+    /// A mission is under way, or the frontseat has not acknowledged its end.
     pub under_way: bool,
     /// Resets so far.
     pub resets: ResetHistory,
@@ -124,6 +124,12 @@ impl Navigation {
 }
 
 impl RestartRecord {
+    /// All that is known where the supply was lost under way.
+    #[must_use]
+    pub fn lost_under_way() -> Self {
+        Self { under_way: true, ..Self::default() }
+    }
+
     /// The record as bytes, its CRC included.
     #[must_use]
     pub fn encode(&self) -> [u8; RECORD_BYTES] {
@@ -164,14 +170,15 @@ impl RestartRecord {
             // Whoever switches the supply, presses the button or programs begins anew; the sequence goes on,
             // so that an old record does not win later.
             let sequence = last.map_or(0, |last| last.sequence.wrapping_add(1));
-            let mut new = Self { sequence, ..Self::default() };
+            let mut new = Self { sequence, under_way: is_fault, ..Self::default() };
             if is_fault {
                 new.resets.note(0);
                 return (Response::Resume { navigation: None, utc_us: None }, new);
             }
             return (Response::Fresh, new);
         };
-        let mut new = Self { sequence: last.sequence.wrapping_add(1), under_way: false, ..*last };
+        // until the frontseat has acknowledged the stop: the next reset may come before it
+        let mut new = Self { sequence: last.sequence.wrapping_add(1), under_way: true, ..*last };
         new.resets.note(last.powered_us);
         if new.resets.too_many() {
             return (Response::Safe, new);
@@ -388,7 +395,10 @@ mod tests {
             let (response, new) = RestartRecord::respond(cause, Some(&last));
             let navigation = last.navigation.map(|n| Navigation { down_us: UNKNOWN_DOWN_US, ..n });
             assert_eq!(response, Response::Resume { navigation, utc_us: None }, "{cause:?}");
-            assert_eq!((new.resets.count, new.under_way), (1, false));
+            assert_eq!((new.resets.count, new.under_way), (1, true));
+            // it bounces: the second comes before the frontseat has heard of the first
+            let (again, _) = RestartRecord::respond(cause, Some(&new));
+            assert!(matches!(again, Response::Resume { .. }), "{cause:?}: {again:?}");
         }
     }
 

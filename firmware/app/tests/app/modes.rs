@@ -3,7 +3,7 @@
 use crate::board::{Arrival, Board, Direct, Heard, request_all};
 use crate::faults::{last, under_way};
 use crate::flight::{parameters, start};
-use crate::world::{UNITS, World};
+use crate::world::{STEP_US, UNITS, World};
 use backseat_app::App;
 use backseat_core::state::Z;
 use backseat_wire::hostlink::{Mode, ModeReason, Port, Refusal, ToBoard, Waypoint};
@@ -50,6 +50,19 @@ const KINEMATIC: [(&str, f64); 7] = [
 ];
 
 const NAVIGATING: (Mode, ModeReason) = (Mode::Navigating, ModeReason::Nominal);
+
+#[test]
+fn steps_that_come_late_end_the_mission() {
+    let (mut world, mut board) = under_way();
+    let neutral_before = world.stops;
+    for late in 1..=5 {
+        assert_eq!(shown(&mut board), NAVIGATING, "after {late}");
+        world.leap(STEP_US);
+        world.advance(&mut board);
+    }
+    assert_eq!(shown(&mut board), (Mode::Safe, ModeReason::Overloaded));
+    assert_eq!((leg(&mut board), world.stops), (None, neutral_before + 1));
+}
 
 #[test]
 fn initialising_tells_what_it_waits_for() {

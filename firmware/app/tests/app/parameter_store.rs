@@ -2,11 +2,11 @@
 
 use crate::random::Random;
 use backseat_app::parameters::{PARAMETERS, Settings};
-use backseat_app::store::{Geometry, ParameterFlash, Refused, SaveError, WORD};
+use backseat_app::store::{Geometry, MarkError, ParameterFlash, Refused, SaveError, WORD};
 use backseat_core::parameters::Kind;
 use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash};
 
-const SECTOR: usize = 4096;
+const SECTOR: usize = 8192;
 const CAPACITY: usize = 2 * SECTOR;
 
 /// What the operation leaves behind during which the power goes.
@@ -344,6 +344,65 @@ fn a_set_for_another_list_is_kept_until_it_is_the_older_one() {
     assert_eq!(flash.bytes[..SECTOR], foreign.bytes[..SECTOR]);
     let flash = saved(flash, &set(4));
     assert_eq!(load(flash), Ok(set(4)));
+}
+
+/// Marks of a flash: what it says, after its supply was lost and came back.
+fn is_under_way(flash: &Flash) -> bool {
+    store(flash.clone().powered()).is_under_way()
+}
+
+fn marked(flash: Flash, under_way: bool) -> Flash {
+    let mut store = store(flash);
+    store.mark_under_way(under_way).expect("there is room");
+    store.release()
+}
+
+#[test]
+fn under_way_outlasts_the_supply() {
+    for blank in [true, false] {
+        let mut flash = if blank { Flash::new() } else { saved(Flash::new(), &set(1)) };
+        assert!(!is_under_way(&flash));
+        for under_way in [true, false, true] {
+            flash = marked(flash, under_way);
+            assert_eq!(is_under_way(&flash), under_way);
+        }
+        assert_eq!(load(flash.clone()).is_ok(), !blank, "the set is left alone");
+        // a new set begins without marks
+        assert!(!is_under_way(&saved(marked(flash, false), &set(2))));
+    }
+}
+
+/// A mark that the power cut tears is the old one or the new one, or says under way: never less than what was true.
+#[test]
+fn a_torn_mark_is_rather_a_stop_too_many() {
+    let begin = saved(Flash::new(), &set(1));
+    for (before, after) in [(false, true), (true, false)] {
+        let flash = marked(begin.clone(), before);
+        for torn in TORN {
+            for random in 1..20 {
+                let mut cut = store(flash.clone().powered().cut_at(0, torn, random));
+                assert_eq!(cut.mark_under_way(after), Err(MarkError::Flash(FlashError::PowerIsOff)));
+                let found = is_under_way(&cut.release());
+                let expected = match torn {
+                    Torn::Before => before,
+                    Torn::After => after,
+                    _ => true,
+                };
+                assert_eq!(found, expected, "{before} to {after}, {torn:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn marks_end_when_the_half_is_full_and_a_save_brings_new_ones() {
+    let mut flash = saved(Flash::new(), &set(1));
+    for k in 0..SECTOR / 2 / WORD {
+        flash = marked(flash, k % 2 == 0);
+    }
+    let mut full = store(flash);
+    assert_eq!(full.mark_under_way(true), Err(MarkError::Full));
+    assert_eq!(load(full.release()), Ok(set(1)));
 }
 
 #[test]

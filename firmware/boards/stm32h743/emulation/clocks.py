@@ -1,10 +1,11 @@
-"""RCC and PWR: oscillators, PLL1, the clock tree, reset flags (RM0433 7 and 6)."""
+"""RCC, PWR and EXTI: oscillators, PLL1, the clock tree, reset flags; the supply and its detector (RM0433 7, 6, 20)."""
 
 from bus import Device
 
-CR, CFGR, D1CFGR, D2CFGR, D3CFGR, PLLCKSELR, PLL1DIVR, BDCR, CSR, RSR = (
-    0x00, 0x10, 0x18, 0x1C, 0x20, 0x28, 0x30, 0x70, 0x74, 0xD0)
-HSI, HSE, PLL1 = 0, 16, 24
+CR, CFGR, D1CFGR, D2CFGR, D3CFGR, PLLCKSELR, PLL1DIVR, CIFR, CICR, BDCR, CSR, RSR = (
+    0x00, 0x10, 0x18, 0x1C, 0x20, 0x28, 0x30, 0x64, 0x68, 0x70, 0x74, 0xD0)
+HSI, HSE, WATCHED, PLL1 = 0, 16, 19, 24
+FAILED = 1 << 10  # of CIFR: the clock security system
 # (on bit, ready bit, start-up time in ns) of CR
 OSCILLATORS = ((0, 2, 2e3), (7, 8, 4e3), (12, 13, 50e3), (16, 17, 2e3), (24, 25, 60e3), (26, 27, 60e3), (28, 29, 60e3))
 RESET_FLAGS = {"power": 0x00FE0000, "pin": 1 << 22 | 1 << 17, "watchdog": 1 << 26 | 1 << 22 | 1 << 17,
@@ -22,7 +23,7 @@ class Rcc(Device):
         bit_on, _, start_ns = next(row for row in OSCILLATORS if row[0] == on)
         there = self.field(CR, bit_on) and self.machine.now >= self.since.get(on, 0) + start_ns
         if on == HSE:
-            return there and self.machine.now >= self.machine.hse_from
+            return there and self.machine.hse_from <= self.machine.now < self.machine.hse_until
         if on == PLL1 and self.field(PLLCKSELR, 0, 2) == 2:
             return there and self.ready(HSE)
         return there
@@ -45,6 +46,8 @@ class Rcc(Device):
                     self.since[on] = self.machine.now
             if (value ^ before) >> 18 & 1 and (before | value) >> HSE & 1:
                 self.complain("HSEBYP changed while HSE is on, or by the write that switches it on")
+        if offset == CICR:
+            self.r[CIFR] = self.word(CIFR) & ~value
         if offset == RSR and value >> 16 & 1:
             value = 0
         if offset == PLLCKSELR:
@@ -59,6 +62,21 @@ class Rcc(Device):
         super().write(offset, value, size)
         if offset in (CR, CFGR, D1CFGR, D2CFGR, D3CFGR, PLLCKSELR):
             self.machine.clocks_changed()
+
+    def lose_external(self):
+        """The clock on HSE ends. A watched one is replaced by HSI; without it the core stands still (RM0433 8.5.3)."""
+        machine = self.machine
+        machine.hse_until = machine.now
+        if not self.field(CR, WATCHED):
+            machine.now = machine.watchdog.expiry
+            return
+        self.r[CR] &= ~(1 << HSE | 1 << WATCHED)
+        if self.field(PLLCKSELR, 0, 2) == 2:
+            self.r[CR] &= ~(1 << PLL1)
+            self.r[CFGR] = self.word(CFGR) & ~7
+        self.r[CIFR] = self.word(CIFR) | FAILED
+        machine.clocks_changed()
+        machine.nmi = True
 
     def source_hz(self):
         """What PLL1 is fed with."""
@@ -78,13 +96,40 @@ class Rcc(Device):
                 "timers": bus if apb1 == 1 else 2 * bus / apb1, "pll1_q": pll1 / (self.field(PLL1DIVR, 16, 7) + 1)}
 
 
+class Exti(Device):
+    """Line 16, the detector's, to its interrupt."""
+
+    name = "EXTI"
+    RISING, MASK, PENDING, DETECTOR = 0x00, 0x80, 0x88, 16
+
+    def write(self, offset, value, size):
+        if offset == self.PENDING:
+            value = self.word(offset) & ~value
+        super().write(offset, value, size)
+        self.line()
+
+    def rises(self):
+        if self.field(self.RISING, self.DETECTOR):
+            self.r[self.PENDING] = self.word(self.PENDING) | 1 << self.DETECTOR
+            self.line()
+
+    def line(self):
+        self.machine.line(1, bool(self.word(self.PENDING) & self.word(self.MASK) & 1 << self.DETECTOR))
+
+
 class Pwr(Device):
-    """The supply is good, and every voltage scale ready at once."""
+    """Every voltage scale is ready at once. `is_low`: the supply is below the detector's threshold."""
 
     name = "PWR"
 
     def reset(self):
         self.r = {0x00: 0xF000C000, 0x0C: 0x6, 0x18: 0x4000}
+        self.is_low = False
+
+    def supply(self, is_low):
+        if is_low and not self.is_low and self.field(0x00, 4):
+            self.machine.exti.rises()
+        self.is_low = is_low
 
     def read(self, offset, size):
-        return super().read(offset, size) | (1 << 13 if offset in (0x04, 0x18) else 0)
+        return super().read(offset, size) | (1 << 13 if offset in (0x04, 0x18) else 0) | (1 << 4 if offset == 0x04 and self.is_low else 0)

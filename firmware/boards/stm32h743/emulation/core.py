@@ -18,7 +18,7 @@ from unicorn.unicorn_py3.unicorn import uclib
 
 BYTES_PER_INSTRUCTION = 2.7
 LONGEST_SLICE_NS, SHORTEST_SLICE_NS, MASKED_SLICE_NS = 200e3, 50, 400
-HARD_FAULT, RETURN_TRAP = 3, 8
+NMI, HARD_FAULT, RETURN_TRAP = 2, 3, 8
 ENDLESS = 0x1F000000  # a loop, where instructions may lie
 STACKED = "R0 R1 R2 R3 R12 LR".split(), "D0 D1 D2 D3 D4 D5 D6 D7 FPSCR".split()
 FRAME = struct.Struct("<8I8QII")
@@ -164,7 +164,7 @@ class Core:
         self.restored = Registers(self.uc, (*STACKED[0], *STACKED[1], "SP", "XPSR", "IPSR"))
 
     def reset_core(self):
-        self.active, self.event, self.fault, self.want_reset = [], False, None, None
+        self.active, self.event, self.fault, self.want_reset, self.nmi = [], False, None, None, False
         stack, start = struct.unpack("<II", self.uc.mem_read(0x08000000, 8))
         for register in "PRIMASK FAULTMASK BASEPRI CONTROL IPSR".split():
             self.uc.reg_write(getattr(arm, f"UC_ARM_REG_{register}"), 0)
@@ -261,7 +261,7 @@ class Core:
     def hard_fault(self, why):
         self.faults.append((self.now, why))
         try:
-            if self.exception() in (2, HARD_FAULT):
+            if self.exception() in (NMI, HARD_FAULT):
                 raise UcError(UC_ERR_EXCEPTION)
             self.enter(HARD_FAULT, -1)
         except UcError:  # in a fault, or no stack to enter one
@@ -274,6 +274,9 @@ class Core:
             self.update()
             if self.want_reset:
                 self.reset(self.want_reset)
+            if self.nmi and self.exception() not in (NMI, HARD_FAULT):
+                self.nmi = False
+                self.enter(NMI, -2)
             masked = self.deliver()
             span = min(self.next_event(), until) - self.now
             span = MASKED_SLICE_NS if masked else max(min(span, LONGEST_SLICE_NS), SHORTEST_SLICE_NS)
@@ -320,6 +323,6 @@ class Core:
         self.accounted = executed
 
     def sleep(self, until):
-        while self.now < until and not self.want_reset and self.scs.waiting() is None:
+        while self.now < until and not (self.want_reset or self.nmi) and self.scs.waiting() is None:
             self.now = max(self.now, min(self.next_event(), until))
             self.update()

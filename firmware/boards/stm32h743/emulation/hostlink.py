@@ -4,7 +4,8 @@ import struct
 import zlib
 from types import SimpleNamespace
 
-HELLO, STEP, PARAMETER_BEGIN, PARAMETER_SET, PARAMETER_COMMIT, PARAMETER_GET, PARAMETER_STORE, HEALTH_GET = 0, 1, 2, 3, 4, 5, 12, 13
+HELLO, STEP, PARAMETER_BEGIN, PARAMETER_SET, PARAMETER_COMMIT, PARAMETER_GET = 0, 1, 2, 3, 4, 5
+MISSION_BEGIN, MISSION_ITEM, MISSION_COMMIT, MISSION_START, PARAMETER_STORE, HEALTH_GET = 6, 7, 8, 10, 12, 13
 STEP_DONE, TELEMETRY, PARAMETER, DONE, REFUSED, RESTART, HEALTH = 1, 2, 4, 6, 7, 8, 9
 OSCILLATORS = ("crystal", "internal")
 LOG_STATES = ("not fitted", "searching", "writing", "failed")
@@ -122,9 +123,13 @@ class Host:
         _, message, _ = self.ask(HEALTH_GET, answers=(HEALTH,))
         accepted, rejected = message.integers(4), message.integers(4)
         edges, synchronised, losses = message.integer(), bool(message.integer()), message.integers(5)
-        return SimpleNamespace(accepted=accepted, rejected=rejected, edges=edges, synchronised=synchronised, losses=losses,
-                               oscillator=OSCILLATORS[message.integer()], log=LOG_STATES[message.integer()],
-                               lost_records=message.integer())
+        health = SimpleNamespace(accepted=accepted, rejected=rejected, edges=edges, synchronised=synchronised, losses=losses,
+                                 oscillator=OSCILLATORS[message.integer()], log=LOG_STATES[message.integer()],
+                                 lost_records=message.integer(), late=message.integers(2))
+        assert message.integer(), "the board says nothing of its hardware"
+        health.supply_dips, health.brown_out_level, *health.wrong_bits = message.integers(4)
+        health.longest_step_us, health.load_permille, *health.stacks = message.integers(6)
+        return health
 
     def telemetry(self, seconds):
         """Board time and UTC, µs, of each record."""
@@ -147,6 +152,13 @@ class Host:
         for kind, body in ((PARAMETER_BEGIN, b""), (PARAMETER_SET, text(name) + struct.pack("<d", value)), (PARAMETER_COMMIT, b"")):
             answer, _, _ = self.ask(kind, body)
             assert answer == DONE, f"{name} was refused"
+
+    def mission(self, depth_m=3.0):
+        """Loads one leg to the north and starts it."""
+        leg = varint(0) + struct.pack("<4d", 100.0, 0.0, depth_m, 1.0)
+        for kind, body in ((MISSION_BEGIN, varint(1)), (MISSION_ITEM, leg), (MISSION_COMMIT, b""), (MISSION_START, b"")):
+            answer, refusal, _ = self.ask(kind, body)
+            assert answer == DONE, f"request {kind} was refused: {refusal.integer()}"
 
     def last_start(self):
         """As the answer to `Hello` tells it: resets by a fault since power-on, address of a crash (none: nothing)."""

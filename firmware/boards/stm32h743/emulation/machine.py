@@ -10,7 +10,7 @@ import struct
 
 from bus import NEVER, Plain
 from card import Spi
-from clocks import Pwr, Rcc
+from clocks import Exti, Pwr, Rcc
 from core import Core, Scs
 from elftools.elf.elffile import ELFFile
 from serial_ports import Dma, Gpio, Usart
@@ -22,15 +22,16 @@ from unicorn import arm_const as arm
 DTCM, DTCM_SIZE, AXI, AXI_SIZE = 0x20000000, 0x20000, 0x24000000, 0x80000
 PAINT = 0xA5
 MMIO_NS = 25.0
-WINDOWS = ((0x40000000, 0x30000), (0x52000000, 0x9000), (0x58000000, 0x27000), (0x5C000000, 0x10000), (0xE0000000, 0x10000))
+WINDOWS = ((0x40000000, 0x30000), (0x52000000, 0xA000), (0x58000000, 0x27000), (0x5C000000, 0x10000), (0xE0000000, 0x10000))
 
 
 class Machine(Core):
     """`hse_from`: when the clock on HSE comes, ns. `hse_ppm`, `hsi_ppm`: by how much the oscillators are fast."""
 
     def __init__(self, image, hse_from=0.0, hse_ppm=0.0, hsi_ppm=0.0, card=None):
-        self.hse_from, self.hse_ppm, self.hsi_ppm, self.card = hse_from, hse_ppm, hsi_ppm, card
+        self.hse_from, self.hse_until, self.hse_ppm, self.hsi_ppm, self.card = hse_from, NEVER, hse_ppm, hsi_ppm, card
         self.now, self.cause, self.spin_ns, self.longest_gap = 0.0, "power", 2000.0, 0.0
+        self.most_stack = dict.fromkeys(("interrupts", "thread"), 0)
         self.sequence = itertools.count()
         self.complaints, self.measured, self.resets, self.faults, self.events = {}, {}, [], [], []
         self.tree = {"core": 64e6, "timers": 64e6}
@@ -76,7 +77,8 @@ class Machine(Core):
         self.host = Usart(self, 0x40004800, "USART3", 39, (0xE8, 18), "apb1", ("D", 9, 7), ("D", 8, 7), (45, 46), 115200)
         self.usarts = [self.frontseat, self.dvl, self.ahrs, self.modem, self.host]
         self.sources = [self.tim2, self.tim5, self.watchdog, *self.usarts]
-        others = [Plain(self, 0x58000400, "SYSCFG", (0xF4, 1)), Plain(self, 0x5C001000, "DBGMCU", None, {0: 0x20036450}),
+        self.exti = Exti(self, 0x58000000)
+        others = [self.exti, Plain(self, 0x52009000, "RAMECC1"), Plain(self, 0x58000400, "SYSCFG", (0xF4, 1)), Plain(self, 0x5C001000, "DBGMCU", None, {0: 0x20036450}),
                   Spi(self, 0x40013000)]
         self.devices = [self.scs, self.rcc, self.pwr, self.flash, self.mux, *self.gpio.values(), *self.dmas, *self.sources, *others]
         self.pages = {page: device for device in self.devices
@@ -86,6 +88,7 @@ class Machine(Core):
         """As `clocks.RESET_FLAGS` names it."""
         if self.now:
             self.resets.append((self.now, cause))
+            self.most_stack = {name: self.stack_used(name) for name in self.stacks}
         self.cause = cause
         for device in self.devices:
             device.reset()
@@ -124,9 +127,12 @@ class Machine(Core):
             self.card.select(not self.gpio["D"].is_high(14))
 
     def clocks_changed(self):
-        for timer in (self.tim2, self.tim5):
+        timers = (self.tim2, self.tim5)
+        for timer in timers:
             timer.rebase()
         self.tree = self.rcc.tree()
+        for timer in timers:
+            timer.configured()
         self.reschedule()
 
     def symbol(self, path):
@@ -168,15 +174,22 @@ class Machine(Core):
     def run_for(self, seconds):
         self.run(self.now + seconds * 1e9)
 
+    def lose_supply(self, remembers):
+        """The supply is switched off and on; whether a battery keeps the backup SRAM meanwhile."""
+        if not remembers:
+            self.backup.forget()
+        self.reset("power")
+
     # What it looks like from outside.
     def paint(self, name):
         """Whatever was written to the stack until now does not count."""
         end, start = self.stacks[name]
         self.uc.mem_write(end, bytes([PAINT]) * (start - end))
+        self.most_stack[name] = 0
 
     def stack_used(self, name):
         """Bytes of a stack that were ever written."""
         end, start = self.stacks[name]
         memory = bytes(self.uc.mem_read(end, start - end))
         untouched = len(memory) - len(memory.lstrip(bytes([PAINT])))
-        return len(memory) - untouched
+        return max(len(memory) - untouched, self.most_stack[name])

@@ -9,11 +9,11 @@ import subprocess
 import tty
 
 from card import Card
-from hostlink import DONE, HEALTH_GET, PARAMETER_STORE, STEP_DONE, Host, messages, request, step
+from hostlink import DONE, HEALTH_GET, PARAMETER_STORE, REFUSED, STEP_DONE, Host, messages, request, step
 from machine import AXI, DTCM, DTCM_SIZE, Machine
+from vehicle import NOON_S, Vehicle, fix
 
 NEUTRAL = b"$OMP,8080808080,00"
-NOON_S = 1_795_176_000  # 2026-11-20 12:00:00 UTC
 START_S = 0.2  # until the image answers a host
 WAIT_S = 2.2  # for a lock-step clock after power-on, and a little
 HASTE = 8  # of the lines in lock-step: the board, which waits for each byte, waits less; no bit of a flight depends on it
@@ -64,6 +64,7 @@ def neutral_after(machine, since_ns, sent):
 def hard_fault(image, _):
     """The board starts again at once, sends neutral fins and tells where it was; a programmer's reset is no fault."""
     machine = Machine(image)
+    Vehicle(machine)  # hears the stop
     machine.run_for(WAIT_S)
     faulted, sent, at = machine.now, len(machine.frontseat.sent), machine.pc
     machine.hard_fault("injected")
@@ -76,6 +77,89 @@ def hard_fault(image, _):
         machine.reset("software")
         machine.run_for(START_S)
         assert Host(machine).last_start() == (0, None), "a programmer's reset counts as a fault"
+    return [machine]
+
+
+def under_way(image, **options):
+    """A machine whose mission has begun, with its vehicle and host."""
+    machine = Machine(image, **options)
+    vehicle, host = Vehicle(machine), Host(machine)
+    machine.run_for(9)
+    host.mission()
+    machine.run_for(1)
+    commands = bytes(byte for _, byte in machine.frontseat.sent[-400:]).count(b"$OMP")
+    assert commands > 3, f"the mission does not begin: {bytes(byte for _, byte in machine.frontseat.sent[-400:])}"
+    return machine, vehicle, host
+
+
+RESETS = {
+    "pin": lambda machine: machine.reset("pin"),
+    "power, battery at VBAT": lambda machine: machine.lose_supply(remembers=True),
+    "power, no battery": lambda machine: machine.lose_supply(remembers=False),
+    "brown-out": lambda machine: machine.reset("brown-out"),
+    "programmer": lambda machine: machine.reset("software"),
+    "fault": lambda machine: machine.hard_fault("injected"),
+}
+
+
+def reset_under_way(image, _):
+    """Whatever resets the board under way: neutral fins and stop, at once; of two resets as well; until the stop is heard."""
+    machine, vehicle, _ = under_way(image)
+    remembered = machine.backup.copy(), machine.store.copy()
+    vehicle.deaf = True
+    for name, reset in RESETS.items():
+        machine.backup.put(remembered[0])
+        machine.store.put(remembered[1])
+        slowest = 0
+        for span in (0.1, 0.7):  # it bounces
+            since, sent = machine.now, len(machine.frontseat.sent)
+            reset(machine)
+            machine.run_for(span)
+            slowest = max(slowest, neutral_after(machine, since, sent))
+            line = bytes(byte for _, byte in machine.frontseat.sent[sent:])
+            assert slowest < 0.7 and b"$OMSTOP" in line, f"{name}: {slowest} s, {line}"
+        machine.measured[f"neutral fins after {name}, s"] = slowest
+    vehicle.deaf = False
+    machine.run_for(3)
+    for remembers in (True, False):
+        sent = len(machine.frontseat.sent)
+        machine.lose_supply(remembers)
+        machine.run_for(1)
+        line = bytes(byte for _, byte in machine.frontseat.sent[sent:])
+        assert b"$OMP" not in line, f"the stop was heard, and a start is a new one: {line}"
+    return [machine]
+
+
+def clock_lost(image, _):
+    """The clock on HSE ends under way: the mission goes on from the internal oscillator, and the host is told."""
+    machine, _, host = under_way(image)
+    machine.rcc.lose_external()
+    sent = len(machine.frontseat.sent)
+    machine.run_for(1)
+    close(machine.tree["core"], 480e6, 1)
+    assert host.health().oscillator == "internal"
+    commands = bytes(byte for _, byte in machine.frontseat.sent[sent:]).count(b"$OMP")
+    close(commands, 10, 1)
+    assert not machine.resets, machine.resets
+    return [machine]
+
+
+def supply_falls(image, _):
+    """The detector's interrupt closes the log before the supply is gone; a dip is counted, and no flash written in it."""
+    machine = Machine(image, card=Card())
+    machine.run_for(4.73)
+    machine.pwr.supply(is_low=True)
+    machine.run_for(0.03)
+    steps = [message.integer() for kind, message in messages(machine.card.volume.files()["LOG00000.BSL"]) if kind == 5]
+    machine.measured["of the log missing when the supply fell, s"] = missing = 4.73 - steps[-1] * 1e-6
+    assert missing < 0.15, f"{missing} s"
+    host = Host(machine)
+    answer, _, _ = host.ask(PARAMETER_STORE)
+    assert answer == REFUSED, "flash is written while the supply is low"
+    machine.pwr.supply(is_low=False)
+    assert host.health().supply_dips == 1
+    answer, _, _ = host.ask(PARAMETER_STORE)
+    assert answer == DONE and not machine.resets
     return [machine]
 
 
@@ -143,21 +227,13 @@ def parameter_store(image, _):
     return [machine]
 
 
-def sentence(body):
-    total = 0
-    for byte in body.encode():
-        total ^= byte
-    return f"${body}*{total:02X}\r\n".encode()
-
-
 def pulse_per_second(image, _):
     """A crystal 50 ppm fast: UTC follows the edges, on the board's own clock."""
     machine = Machine(image, hse_ppm=50)
     for second in range(3, 9):
         def edge(second=second):
             machine.tim5.edge(3)
-            body = f"GPRMC,12{second // 60:02d}{second % 60:02d}.00,A,4130.0000,N,07040.0000,W,0.0,0.0,201126,,"
-            machine.frontseat.feed(sentence(body), at=machine.now + 0.2e9)
+            machine.frontseat.feed(fix(second), at=machine.now + 0.2e9)
         machine.at(second * 1e9, edge)
     machine.run_for(7.5)
     host, timer = Host(machine), machine.tim5
@@ -264,4 +340,4 @@ def lock_step(image, options):
     return [machine]
 
 
-ALL = [lock_step, clock_tree, external_clock, hard_fault, stuck_step, stack_overflow, parameter_store, pulse_per_second, log_card, card_pulled, babbling_lines]
+ALL = [lock_step, clock_tree, external_clock, hard_fault, reset_under_way, clock_lost, supply_falls, stuck_step, stack_overflow, parameter_store, pulse_per_second, log_card, card_pulled, babbling_lines]

@@ -53,6 +53,13 @@ class Store:
         self.machine, self.bytes = machine, bytearray(b"\xff" * self.SIZE)
         self.programmed, self.torn = set(), set()
 
+    def copy(self):
+        return bytes(self.bytes), frozenset(self.programmed), frozenset(self.torn)
+
+    def put(self, copied):
+        content, programmed, torn = copied
+        self.bytes, self.programmed, self.torn = bytearray(content), set(programmed), set(torn)
+
     def erase(self, sector):
         words = set(range(sector * SECTOR // WORD, (sector + 1) * SECTOR // WORD))
         self.bytes[sector * SECTOR:(sector + 1) * SECTOR] = b"\xff" * SECTOR
@@ -95,7 +102,18 @@ class BackupRam:
     BASE, SIZE = 0x38800000, 0x1000
 
     def __init__(self, machine):
-        self.machine, self.bytes = machine, bytearray(random.Random(1).randbytes(self.SIZE))
+        self.machine = machine
+        self.forget()
+
+    def forget(self):
+        """Any bytes, as after a supply that was off."""
+        self.bytes = bytearray(random.Random(1).randbytes(self.SIZE))
+
+    def copy(self):
+        return bytes(self.bytes)
+
+    def put(self, copied):
+        self.bytes = bytearray(copied)
 
     def check(self, writes, size):
         machine = self.machine

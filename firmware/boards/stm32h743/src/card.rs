@@ -111,6 +111,14 @@ impl Card {
         }
     }
 
+    /// The supply falls: what waits is written, and the directory learns the length, while there is time.
+    pub fn save(&mut self, queue: &mut Consumer<'static, u8>) {
+        if let Self::Open(file) = self {
+            file.flushed = Instant::MIN;
+            self.serve(queue);
+        }
+    }
+
     /// What becomes of the log.
     pub const fn state(&self) -> LogState {
         match self {

@@ -1,9 +1,12 @@
 //! The clock tree: 480 MHz from the 8 MHz that the ST-LINK puts on HSE, and without them from the internal oscillator.
 //!
 //! The ST-LINK may start later than this chip does. The board then starts from the internal oscillator and changes over
-//! when the 8 MHz come: both ways give every bus the same frequency.
+//! when the 8 MHz come: both ways give every bus the same frequency. Where they end, the chip's clock security system
+//! goes on from the internal oscillator, and a handler gives the buses their frequency back.
 
 use backseat_wire::hostlink::Oscillator;
+use core::sync::atomic::{AtomicBool, Ordering};
+use cortex_m_rt::exception;
 use embassy_stm32::pac::rcc::vals::{Pllsrc, Sw};
 use embassy_stm32::rcc::{
     AHBPrescaler, APBPrescaler, HSIPrescaler, Hse, HseMode, Pll, PllDiv, PllMul, PllPreDiv, PllSource, Sysclk,
@@ -14,6 +17,29 @@ use embassy_stm32::{Config, pac};
 
 /// Looks before something counts as not coming: some 8 ms at 64 MHz. A PLL locks within 0.15 ms (DS12110).
 const LOOKS: u32 = 100_000;
+
+/// HSE has ended, and nobody was told yet.
+static LOST: AtomicBool = AtomicBool::new(false);
+
+/// The clock on HSE has ended: the core runs from HSI, PLL1 is off (RM0433 8.5.3).
+#[exception]
+unsafe fn NonMaskableInt() {
+    if pac::RCC.cifr().read().hsecssf() {
+        pac::RCC.cicr().write(|w| w.set_hsecssc(true));
+        defmt::assert!(relock(Pllsrc::HSI, PllPreDiv::DIV8), "no PLL");
+        LOST.store(true, Ordering::Relaxed);
+    }
+}
+
+/// Has HSE watched from now on.
+fn watch() {
+    pac::RCC.cr().modify(|w| w.set_hsecsson(true));
+}
+
+/// Whether the clock on HSE has ended since the last call. It is not asked again until the next start.
+pub fn take_lost() -> bool {
+    LOST.swap(false, Ordering::Relaxed)
+}
 
 /// Switches HSE on and looks whether there is a clock on it; the HAL would wait for it for ever.
 pub fn external() -> Oscillator {
@@ -78,6 +104,8 @@ impl ClockSource {
         let waits = oscillator == Oscillator::Internal;
         if waits {
             switch_on_external();
+        } else {
+            watch();
         }
         Self { waits }
     }
@@ -92,7 +120,9 @@ impl ClockSource {
         }
         self.waits = false;
         let changed = relock(Pllsrc::HSE, PllPreDiv::DIV1);
-        if !changed {
+        if changed {
+            watch();
+        } else {
             // a clock that comes and goes: not asked again
             defmt::assert!(relock(Pllsrc::HSI, PllPreDiv::DIV8), "no PLL");
         }

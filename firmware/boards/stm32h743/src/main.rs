@@ -7,6 +7,7 @@
 //! | `flash`, `supply` | the parameter store's sectors; reset cause and supply |
 //! | `backup`, `watchdog` | records of restart and crash; watchdog |
 //! | `fault` | what a fault or panic leaves behind |
+//! | `vitals` | load, stacks, wrong bits in memory |
 //! | `log`, `card` | the board log: into a queue, and from there to a memory card |
 //! | `leds` | what the board shows |
 //!
@@ -29,6 +30,7 @@ mod memory;
 mod supply;
 mod time;
 mod uart;
+mod vitals;
 mod watchdog;
 
 use backseat_app::parameters::Settings;
@@ -41,27 +43,32 @@ use backup::BackupMemory;
 use card::Card;
 use clocks::ClockSource;
 use core::arch::asm;
+use core::sync::atomic::{AtomicBool, Ordering};
 use cortex_m_rt::entry;
 use defmt_rtt as _;
 use embassy_executor::{Executor, InterruptExecutor};
+use embassy_futures::select::{Either, select};
 use embassy_stm32::interrupt;
 use embassy_stm32::interrupt::{InterruptExt, Priority};
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
 use embassy_sync::zerocopy_channel::{Channel, Sender};
-use embassy_time::{Duration, Ticker, with_timeout};
+use embassy_time::{Duration, Instant, Ticker, with_timeout};
 use flash::StoreFlash;
 use leds::Leds;
 use log::Log;
 use memory::Memory;
 use time::Clock;
 use uart::{SerialPort, Transmitter, Wiring};
+use vitals::Vitals;
 use watchdog::Watchdog;
 
 /// How often the ports are looked at; bytes are stamped as exactly as this.
 const TICK: Duration = Duration::from_millis(1);
 /// How often thread mode looks what waits for the card.
 const CARD_TICK: Duration = Duration::from_millis(20);
+/// How often it looks at the stacks.
+const LOOK: Duration = Duration::from_secs(1);
 /// From so many resets by a fault on the card is left alone: it may be the cause.
 const CARD_RESETS: u32 = 2;
 /// Most turns of the pump in a tick; each reads up to 256 bytes a port.
@@ -69,6 +76,9 @@ const TURNS: usize = 8;
 
 /// Whether a set was kept, on the way back from thread mode.
 static KEPT: Signal<CriticalSectionRawMutex, bool> = Signal::new();
+
+/// What thread mode keeps in flash of the restart record: a mission is under way.
+static UNDER_WAY: AtomicBool = AtomicBool::new(false);
 
 static EXECUTOR: InterruptExecutor = InterruptExecutor::new();
 
@@ -112,6 +122,7 @@ extern "C" fn thread() -> ! {
 #[embassy_executor::task]
 async fn start_and_store() {
     let mut watchdog = Watchdog::start();
+    vitals::paint_stacks();
     let cause = supply::reset_cause();
     let oscillator = clocks::external();
     let p = embassy_stm32::init(clocks::config(oscillator));
@@ -127,9 +138,14 @@ async fn start_and_store() {
     let crash = backup.take_crash();
     // a fault resets the board by software
     let cause = crash.map_or(cause, |_| if cause == ResetCause::Software { ResetCause::Fault } else { cause });
-    let last = backup.read();
+    let Memory { dma, log, app, pump, settings, to_store, card } = defmt::unwrap!(memory::take());
+    let mut store = defmt::unwrap!(ParameterFlash::new(StoreFlash::new(p.FLASH)));
+    let mut marked = store.is_under_way();
+    // without a battery at VBAT backup SRAM forgets with the supply, and flash does not
+    let last = backup.read().or_else(|| marked.then(RestartRecord::lost_under_way));
     let (response, record) = RestartRecord::respond(cause, last.as_ref());
     backup.write(&record);
+    UNDER_WAY.store(record.under_way, Ordering::Relaxed);
     let restart = record.report(cause, crash);
     defmt::info!("{=u32} resets by a fault since power-on", restart.resets);
     if let Some(crash) = &crash {
@@ -137,8 +153,6 @@ async fn start_and_store() {
     }
     watchdog.feed();
 
-    let Memory { dma, log, app, pump, settings, to_store, card } = defmt::unwrap!(memory::take());
-    let mut store = defmt::unwrap!(ParameterFlash::new(StoreFlash::new(p.FLASH)));
     let [stored] = &mut *settings;
     let found = store.load(stored);
     match found {
@@ -177,6 +191,8 @@ async fn start_and_store() {
     }
     // what was loaded from flash is done with: from now on the place of a set on its way to thread mode
     let (to_store, mut from_app) = to_store.write(Channel::new(settings)).split();
+    let mut vitals = Vitals::new();
+    app.hardware(vitals.report());
     let board = Board {
         app,
         pump,
@@ -186,6 +202,7 @@ async fn start_and_store() {
         clock,
         watchdog,
         steps: StepWatch::new(),
+        vitals,
         backup,
         leds,
         powered_us: record.powered_us,
@@ -197,10 +214,22 @@ async fn start_and_store() {
     spawner.spawn(defmt::unwrap!(run(board)));
 
     let resources = card::Resources { spi: p.SPI1, clock: p.PA5, miso: p.PA6, mosi: p.PB5, select: p.PD14 };
+    let mut looked = Instant::now();
     let card = card.write(if restart.resets < CARD_RESETS { Card::new(resources) } else { Card::Absent });
     loop {
         // First: what the host waits for.
-        if let Ok(settings) = with_timeout(CARD_TICK, from_app.receive()).await {
+        let next = with_timeout(CARD_TICK, select(from_app.receive(), supply::FALLS.wait())).await;
+        let under_way = UNDER_WAY.load(Ordering::Relaxed);
+        if under_way != marked {
+            marked = under_way;
+            if let Err(error) = store.mark_under_way(under_way) {
+                defmt::error!("under way {=bool} not kept: {}", under_way, error);
+            }
+        }
+        if let Ok(Either::Second(())) = next {
+            card.save(&mut records);
+        }
+        if let Ok(Either::First(settings)) = next {
             let kept = store.save(settings);
             from_app.receive_done();
             match kept {
@@ -208,9 +237,15 @@ async fn start_and_store() {
                 Err(error) => defmt::error!("parameters not kept: {}", error),
             }
             KEPT.signal(kept.is_ok());
+            // a new copy begins without marks
+            marked = store.is_under_way();
         }
         card.serve(&mut records);
         log::tell(card.state());
+        if looked.elapsed() >= LOOK {
+            looked = Instant::now();
+            vitals::look_at_stacks();
+        }
     }
 }
 
@@ -238,6 +273,7 @@ struct Board {
     clock: Clock,
     watchdog: Watchdog,
     steps: StepWatch,
+    vitals: Vitals,
     backup: BackupMemory,
     /// As it was last written.
     record: RestartRecord,
@@ -254,10 +290,14 @@ struct Board {
 
 impl Board {
     fn tick(&mut self) {
+        let from_us = self.clock.now_us();
+        if clocks::take_lost() {
+            self.counts(from_us, Oscillator::Internal);
+            defmt::error!("the clock on HSE has ended: internal oscillator");
+        }
         if !self.app.is_under_way() && self.source.change_over() {
-            let (time_us, oscillator) = (self.clock.now_us(), Oscillator::Crystal);
-            self.app.set_oscillator(oscillator);
-            self.log.record(&LogRecord::Oscillator { time_us, oscillator });
+            let time_us = self.clock.now_us();
+            self.counts(time_us, Oscillator::Crystal);
             defmt::info!("the clock on HSE has come: changed over");
         }
         let edge_us = self.clock.take_edge_us();
@@ -274,6 +314,7 @@ impl Board {
             let time_us = self.clock.now_us();
             let Ok(progress) = poll_recorded(self.pump, self.app, &mut self.ports, &mut self.log, time_us);
             if self.steps.look(self.app, time_us) {
+                self.vitals.stepped(self.clock.now_us() - time_us);
                 self.stepped();
             }
             if progress != Progress::Moved {
@@ -284,6 +325,13 @@ impl Board {
         if self.steps.is_in_time(self.pump, now_us) {
             self.watchdog.feed();
         }
+        self.vitals.worked(from_us, now_us);
+    }
+
+    /// What board time is counted by from now on.
+    fn counts(&mut self, time_us: u64, oscillator: Oscillator) {
+        self.app.set_oscillator(oscillator);
+        self.log.record(&LogRecord::Oscillator { time_us, oscillator });
     }
 
     fn stepped(&mut self) {
@@ -292,6 +340,7 @@ impl Board {
         if !self.pump.is_lockstep() {
             self.record = self.app.restart_record(&self.record, self.powered_us + now_us);
             self.backup.write(&self.record);
+            UNDER_WAY.store(self.record.under_way, Ordering::Relaxed);
         }
         if let Some(kept) = KEPT.try_take() {
             self.storing = false;
@@ -309,6 +358,7 @@ impl Board {
         self.leds.show(self.app, now_us, self.warning);
         self.ports.iter().for_each(|port| port.report(self.app));
         self.app.board_log(self.log.report());
+        self.app.hardware(self.vitals.report());
         self.clock.report();
     }
 }

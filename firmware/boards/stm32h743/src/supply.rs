@@ -1,12 +1,42 @@
 //! Reset cause, brown-out level, supply voltage detector.
+//!
+//! When the supply falls below the detector's threshold, an interrupt tells thread mode, which closes the log while it can.
 
 use backseat_wire::hostlink::ResetCause;
-use embassy_stm32::pac;
+use core::sync::atomic::{AtomicU32, Ordering};
+use embassy_stm32::interrupt::{InterruptExt, Priority};
+use embassy_stm32::{interrupt, pac};
+use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
+use embassy_sync::signal::Signal;
 
 /// Detector threshold 2.85 V, falling (RM0433 6.8.1, PLS): above it flash may be written.
 const DETECTOR_LEVEL: u8 = 6;
 /// Wanted brown-out level, 2.7 V (RM0433 4.9.8, BOR_LEV).
 const BROWN_OUT_LEVEL: u8 = 3;
+/// Line of the detector at EXTI; it rises when the supply falls (RM0433 6.6.2, table of EXTI events).
+const DETECTOR_LINE: usize = 16;
+
+/// How often the supply has fallen since start.
+static DIPS: AtomicU32 = AtomicU32::new(0);
+/// To thread mode: it falls now.
+pub static FALLS: Signal<CriticalSectionRawMutex, ()> = Signal::new();
+
+#[interrupt]
+fn PVD_AVD() {
+    pac::EXTI.pr(0).write(|w| w.set_line(DETECTOR_LINE, true));
+    DIPS.fetch_add(1, Ordering::Relaxed);
+    FALLS.signal(());
+}
+
+/// How often the supply has fallen since start.
+pub fn dips() -> u32 {
+    DIPS.load(Ordering::Relaxed)
+}
+
+/// As the option bytes have it.
+pub fn brown_out_level() -> u8 {
+    pac::FLASH.optsr_cur().read().bor_lev()
+}
 
 /// Why the board started; the flags are cleared for the next time.
 pub fn reset_cause() -> ResetCause {
@@ -32,7 +62,12 @@ pub fn start() {
         w.set_pls(DETECTOR_LEVEL);
         w.set_pvde(true);
     });
-    let level = pac::FLASH.optsr_cur().read().bor_lev();
+    pac::EXTI.rtsr(0).modify(|w| w.set_line(DETECTOR_LINE, true));
+    pac::EXTI.imr(0).modify(|w| w.set_line(DETECTOR_LINE, true));
+    interrupt::PVD_AVD.set_priority(Priority::P1);
+    // SAFETY: what it shares are atomic.
+    unsafe { interrupt::PVD_AVD.enable() };
+    let level = brown_out_level();
     if level == BROWN_OUT_LEVEL {
         defmt::info!("brown-out level {=u8}: 2.7 V", level);
     } else {

@@ -41,6 +41,32 @@ impl BoardLog {
     pub const NONE: Self = Self { state: LogState::NotFitted, lost_records: 0 };
 }
 
+/// What the board's own hardware has come to since start.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Hardware {
+    /// How often the supply fell below the level at which flash is still written.
+    pub supply_dips: u32,
+    /// The supply at which the chip is reset, as its option bytes say: 0 to 3, of which 3 is the highest.
+    pub brown_out_level: u8,
+    /// Wrong bits in RAM and flash: those that were corrected, and those that were not.
+    pub wrong_bits: [u32; 2],
+    /// What the longest step took, with what was received and sent beside it, µs.
+    pub longest_step_us: u32,
+    /// Share of the last second that receiving, steps and sending took, per mille.
+    pub load_permille: u16,
+    /// Stack that interrupts, the steps among them, and thread mode have used at most, and their room, bytes.
+    pub stacks: [Stack; 2],
+}
+
+/// A stack.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Stack {
+    /// Used at most, bytes.
+    pub used: u32,
+    /// Room, bytes.
+    pub room: u32,
+}
+
 /// What came in since start, port by port (`Port::DEVICES` order), the pulse per second, and the board's own log.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Health {
@@ -63,4 +89,6 @@ pub struct Health {
     pub late_steps: u32,
     /// By how much the latest of them was, µs.
     pub latest_step_us: u32,
+    /// What the board's own hardware says; none where a computer stands in for the board.
+    pub hardware: Option<Hardware>,
 }

@@ -172,6 +172,8 @@ pub enum ModeReason {
     ClockLost,
     /// The ship's acoustic abort.
     Aborted,
+    /// The board's steps come late, too many of them.
+    Overloaded,
 }
 
 /// Why the board started.

@@ -11,7 +11,7 @@ mod messages;
 
 pub use codec::{CRC, Decoder, Frame, MAX_FRAME, MAX_MESSAGE, encode};
 pub use crash::Crash;
-pub use health::{BoardLog, Health, LogState, Oscillator};
+pub use health::{BoardLog, Hardware, Health, LogState, Oscillator, Stack};
 pub use identification::{
     Activity, Estimate, Estimates, FaultCause, FaultDiagnosis, FaultReport, FaultState, Identification, LearntStored,
     MAX_ESTIMATES, MAX_NAMED, NamedCause, Naming, Visibility,

@@ -1,7 +1,8 @@
 use backseat_wire::Error;
 use backseat_wire::hostlink::{
-    BoardLog, Chunk, Decoder, FromBoard, FusionTelemetry, Health, LogState, MAX_CHUNKS, MAX_FRAME, MAX_PPS, Mode,
-    ModeReason, Oscillator, ParameterInfo, Port, Refusal, Step, StepDone, Telemetry, ToBoard, Waypoint, encode,
+    BoardLog, Chunk, Decoder, FromBoard, FusionTelemetry, Hardware, Health, LogState, MAX_CHUNKS, MAX_FRAME, MAX_PPS,
+    Mode, ModeReason, Oscillator, ParameterInfo, Port, Refusal, Stack, Step, StepDone, Telemetry, ToBoard, Waypoint,
+    encode,
 };
 
 fn largest_step() -> ToBoard<'static> {
@@ -89,6 +90,7 @@ fn every_message_survives() {
             log: BoardLog { state: LogState::Failed, lost_records: 300 },
             late_steps: 2,
             latest_step_us: 479_000,
+            hardware: Some(Hardware { stacks: [Stack { used: 7, room: u32::MAX }; 2], ..Hardware::default() }),
         }),
     ];
     let mut stream = Vec::new();

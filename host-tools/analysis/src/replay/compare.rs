@@ -219,7 +219,7 @@ fn judge(logged: &[u8], replayed: &[u8]) -> Judgement {
         message(replayed, |replayed| match (&logged, &replayed) {
             (Some(FromBoard::StepDone(_)), _) => Judgement::OnlyLogged { losses: false },
             (Some(FromBoard::Health(a)), Some(FromBoard::Health(b)))
-                if Health { receive_losses: b.receive_losses, log: b.log, ..*a } == *b =>
+                if Health { receive_losses: b.receive_losses, log: b.log, hardware: b.hardware, ..*a } == *b =>
             {
                 Judgement::Losses
             }

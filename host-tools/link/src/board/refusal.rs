@@ -67,6 +67,7 @@ pub const fn mode_reason(reason: ModeReason) -> &'static str {
         ModeReason::DegradedTooLong => "degraded for too long (safety.degraded_time_max_s)",
         ModeReason::ContactLost => "no acoustic range for too long (safety.contact_time_max_s)",
         ModeReason::ClockLost => "precise clock lost (safety.clock_time_max_s)",
+        ModeReason::Overloaded => "the board's steps come late: it does not keep up",
         ModeReason::Aborted => "the ship's acoustic abort",
     }
 }

@@ -417,6 +417,18 @@ impl Model {
                 self.journal.note(self.when(), severity, text);
             }
         }
+        let before = self.health.as_ref().and_then(|last| last.hardware).unwrap_or_default();
+        if let Some(hardware) = health.hardware {
+            if hardware.supply_dips > before.supply_dips {
+                self.journal.note(self.when(), Severity::Critical, "the board's supply fell".to_owned());
+            }
+            let [mended, lost] = hardware.wrong_bits;
+            if hardware.wrong_bits != before.wrong_bits {
+                let severity = if lost > before.wrong_bits[1] { Severity::Critical } else { Severity::Warning };
+                let text = format!("wrong bits in the board's memory since its start: {mended} corrected, {lost} not");
+                self.journal.note(self.when(), severity, text);
+            }
+        }
         let late_before = self.health.as_ref().map_or(health.late_steps, |last| last.late_steps);
         if health.late_steps > late_before {
             let latest_ms = f64::from(health.latest_step_us) * 1e-3;

@@ -1,0 +1,136 @@
+//! What the board measures of itself: load, stacks, wrong bits in its memory.
+//!
+//! Time is that of TIM5, µs: a step takes thousands of them.
+
+use crate::supply;
+use backseat_wire::hostlink::{Hardware, Stack};
+use core::sync::atomic::{AtomicU32, Ordering};
+use embassy_stm32::pac;
+
+/// The load is told of so long, µs.
+const WINDOW_US: u64 = 1_000_000;
+/// What no stack holds by chance as far as the eye reaches.
+const PAINT: u32 = 0xA5A5_A5A5;
+/// Above the place where thread mode paints its own stack, bytes: its present frames.
+const OWN_FRAMES: usize = 512;
+/// RAMECC1, of AXI SRAM, ITCM and both halves of DTCM (RM0433 3.3): status registers of its first four monitors.
+const RAM_STATUS: [usize; 4] = [0x5200_9024, 0x5200_9044, 0x5200_9064, 0x5200_9084];
+/// A single error corrected; a double one.
+const RAM_CORRECTED: u32 = 1 << 0;
+const RAM_LOST: u32 = 3 << 1;
+
+unsafe extern "C" {
+    // of memory.x
+    static _stack_start: u32;
+    static _stack_end: u32;
+    static _thread_stack_start: u32;
+    static _thread_stack_end: u32;
+}
+
+/// Used at most: interrupts', thread mode's. Thread mode looks, the app tells.
+static USED: [AtomicU32; 2] = [const { AtomicU32::new(0) }; 2];
+
+/// End and start of both.
+fn stacks() -> [[usize; 2]; 2] {
+    let at = |symbol: *const u32| symbol as usize;
+    [
+        [at(&raw const _stack_end), at(&raw const _stack_start)],
+        [at(&raw const _thread_stack_end), at(&raw const _thread_stack_start)],
+    ]
+}
+
+/// Paints what is unused of both stacks, in thread mode, before any interrupt is enabled.
+pub fn paint_stacks() {
+    let [[end, start], [own_end, _]] = stacks();
+    let own_start = (cortex_m::register::psp::read() as usize).saturating_sub(OWN_FRAMES);
+    for (end, start) in [(end, start), (own_end, own_start)] {
+        for place in (end..start).step_by(4) {
+            // SAFETY: nothing uses the interrupts' stack yet, and thread mode's below its present frames is free.
+            unsafe { (place as *mut u32).write_volatile(PAINT) };
+        }
+    }
+}
+
+/// Looks how much of both stacks was ever used; in thread mode, as it may take a while.
+pub fn look_at_stacks() {
+    for ([end, start], used) in stacks().into_iter().zip(&USED) {
+        // SAFETY: a stack is readable; what a word holds is of no matter.
+        let is_painted = |place: &usize| unsafe { (*place as *const u32).read_volatile() } == PAINT;
+        let untouched = (end..start).step_by(4).take_while(is_painted).count();
+        used.store((start - end - 4 * untouched) as u32, Ordering::Relaxed);
+    }
+}
+
+/// Since start.
+pub struct Vitals {
+    longest_step_us: u32,
+    /// Busy in this window, which ends then.
+    busy_us: u64,
+    ends_us: u64,
+    load_permille: u16,
+    wrong_bits: [u32; 2],
+}
+
+impl Vitals {
+    /// Nothing measured yet.
+    pub const fn new() -> Self {
+        Self { longest_step_us: 0, busy_us: 0, ends_us: 0, load_permille: 0, wrong_bits: [0; 2] }
+    }
+
+    /// The app's level has worked.
+    pub fn worked(&mut self, from_us: u64, to_us: u64) {
+        self.busy_us += to_us - from_us;
+        if to_us >= self.ends_us {
+            let window_us = WINDOW_US + (to_us - self.ends_us).min(WINDOW_US);
+            self.load_permille = (1000 * self.busy_us / window_us).min(1000) as u16;
+            (self.busy_us, self.ends_us) = (0, to_us + WINDOW_US);
+        }
+    }
+
+    /// A step has run.
+    pub fn stepped(&mut self, took_us: u64) {
+        self.longest_step_us = self.longest_step_us.max(u32::try_from(took_us).unwrap_or(u32::MAX));
+    }
+
+    /// For the host, after each step.
+    pub fn report(&mut self) -> Hardware {
+        self.look_for_wrong_bits();
+        let mut stacks = stacks().map(|[end, start]| Stack { used: 0, room: (start - end) as u32 });
+        stacks.iter_mut().zip(&USED).for_each(|(stack, used)| stack.used = used.load(Ordering::Relaxed));
+        Hardware {
+            supply_dips: supply::dips(),
+            brown_out_level: supply::brown_out_level(),
+            wrong_bits: self.wrong_bits,
+            longest_step_us: self.longest_step_us,
+            load_permille: self.load_permille,
+            stacks,
+        }
+    }
+
+    /// Flags stay until they are cleared: what is counted are steps with an error, for each memory.
+    fn look_for_wrong_bits(&mut self) {
+        let [corrected, lost] = &mut self.wrong_bits;
+        // Bank 1, the program's. A word of bank 2 that reads wrong is the store's own to judge.
+        let flash = pac::FLASH.bank(0);
+        let status = flash.sr().read();
+        *corrected = corrected.saturating_add(u32::from(status.sneccerr1()));
+        *lost = lost.saturating_add(u32::from(status.dbeccerr()));
+        if status.sneccerr1() || status.dbeccerr() {
+            flash.ccr().write(|w| {
+                w.set_clr_sneccerr(true);
+                w.set_clr_dbeccerr(true);
+            });
+        }
+        for place in RAM_STATUS {
+            let register = place as *mut u32;
+            // SAFETY: a register that nobody else uses.
+            let status = unsafe { register.read_volatile() };
+            *corrected = corrected.saturating_add(u32::from(status & RAM_CORRECTED != 0));
+            *lost = lost.saturating_add(u32::from(status & RAM_LOST != 0));
+            if status & (RAM_CORRECTED | RAM_LOST) != 0 {
+                // SAFETY: as above; flags are cleared by 0
+                unsafe { register.write_volatile(0) };
+            }
+        }
+    }
+}
