@@ -27,12 +27,13 @@ mod sim;
 mod topside;
 mod vehicle;
 
+use anyhow::Context as _;
 use backseat_report::console;
 use clap::error::{ContextKind, ContextValue};
 use clap::{CommandFactory, Parser, Subcommand};
 use outcome::Outcome;
 use std::ffi::OsString;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 /// The backseat of an Iver3-class AUV: simulated missions, recorded missions, and the board on the bench.
@@ -85,6 +86,12 @@ enum Command {
     Completions {
         /// Which shell
         shell: clap_complete::Shell,
+    },
+    /// Write manual pages, one a command
+    #[command(after_help = "Example:\n  backseat man ~/.local/share/man/man1; man backseat-navigate")]
+    Man {
+        /// Where to; it is made
+        folder: PathBuf,
     },
     /// The backseat app on five serial ports: what `sim run` starts as its other end
     #[command(name = "__backseat", hide = true)]
@@ -166,6 +173,7 @@ pub fn command_line(given: impl Iterator<Item = OsString>) -> ExitCode {
             clap_complete::generate(shell, &mut Cli::command(), "backseat", &mut script);
             console::print(&script).map(Outcome::from)
         }
+        Command::Man { folder } => manual(&folder).map(Outcome::from),
     };
     match result {
         Ok(outcome) => outcome.exit_code(),
@@ -174,6 +182,11 @@ pub fn command_line(given: impl Iterator<Item = OsString>) -> ExitCode {
             ExitCode::FAILURE
         }
     }
+}
+
+fn manual(folder: &Path) -> anyhow::Result<()> {
+    std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
+    clap_mangen::generate_to(Cli::command(), folder).with_context(|| folder.display().to_string())
 }
 
 #[cfg(test)]

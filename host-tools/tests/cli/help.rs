@@ -5,7 +5,7 @@ use std::path::Path;
 use std::process::Command;
 
 /// Commands whose result is no data: a script.
-const WITHOUT_JSON: [&str; 2] = ["completions", "params docs"];
+const WITHOUT_JSON: [&str; 3] = ["completions", "man", "params docs"];
 
 /// Exit code, stdout and stderr.
 fn backseat(words: &[String], more: &[&str]) -> (Option<i32>, String, String) {
@@ -124,6 +124,18 @@ fn bad_usage_is_told() {
         let (code, _, stderr) = backseat(&words, &[]);
         let tip = format!("tip: a similar subcommand exists: '{meant}'");
         assert!(code == Some(2) && stderr.contains(&tip), "{given}: {stderr}");
+    }
+}
+
+#[test]
+fn every_command_has_a_manual_page() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().to_str().unwrap();
+    assert_eq!(backseat(&["man".to_owned()], &[path]).0, Some(0));
+    for command in leaves(&[]) {
+        let page = folder.path().join(format!("backseat-{}.1", command.join("-")));
+        let text = std::fs::read_to_string(&page).unwrap_or_else(|error| panic!("{}: {error}", page.display()));
+        assert!(text.contains(".SH SYNOPSIS"), "{}", page.display());
     }
 }
 
