@@ -450,6 +450,7 @@ impl Backseat {
             log: self.drivers.log,
             late_steps,
             latest_step_us,
+            refused_requests: self.host.refused,
         }
     }
 

@@ -63,4 +63,6 @@ pub struct Health {
     pub late_steps: u32,
     /// By how much the latest of them was, µs.
     pub latest_step_us: u32,
+    /// Requests refused since start because they were not signed, or not by the board's key.
+    pub refused_requests: u32,
 }

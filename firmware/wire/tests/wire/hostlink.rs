@@ -89,6 +89,7 @@ fn every_message_survives() {
             log: BoardLog { state: LogState::Failed, lost_records: 300 },
             late_steps: 2,
             latest_step_us: 479_000,
+            refused_requests: 9,
         }),
     ];
     let mut stream = Vec::new();

@@ -135,6 +135,7 @@ pub fn flying() -> (Model, u64) {
                     log: BoardLog::NONE,
                     late_steps: 0,
                     latest_step_us: 0,
+                    refused_requests: 0,
                 }),
             );
         }
