@@ -168,7 +168,7 @@ impl Decoding {
     fn request(&mut self, mut bytes: &[u8]) {
         let mut decoder = std::mem::take(&mut self.to_board);
         while let Some(frame) = decoder.feed(&mut bytes) {
-            match frame.and_then(|frame| frame.message()) {
+            match frame.and_then(|frame| frame.message::<ToBoard<'_>>()).and_then(ToBoard::unsigned) {
                 Ok(ToBoard::ParameterBegin) => self.parameters.begin(),
                 Ok(ToBoard::ParameterSet { name, value }) => {
                     // the board's own checks apply here as well

@@ -82,12 +82,25 @@ impl App {
         let mut rest = bytes;
         while let Some(outcome) = self.decoder.feed(&mut rest) {
             let Ok(frame) = outcome else { continue };
-            match self.host_counts.note(frame.message::<ToBoard<'_>>()) {
-                Ok(ToBoard::Step(step)) => self.announced = Some(step),
-                Ok(request) => requests::answer(&mut self.backseat, &request, &mut self.host_out),
-                Err(_) => {}
+            let Ok(message) = self.host_counts.note(frame.message::<ToBoard<'_>>()) else { continue };
+            let Backseat { host, parameters, drivers, .. } = &mut self.backseat;
+            match host.admit(message, &parameters.active().app.acoustic_key) {
+                Ok((ToBoard::Step(step), _)) => self.announced = Some(step),
+                Ok((request, trusted)) => {
+                    requests::answer(&mut self.backseat, &request, trusted, &mut self.host_out);
+                }
+                Err(refusal) => {
+                    drivers.news = true;
+                    send(&mut self.host_out, &FromBoard::Refused(refusal));
+                }
             }
         }
+    }
+
+    /// A number that no earlier start of this board had: signed requests are for this start alone. Without it, zero,
+    /// what was signed in one start is taken again in another.
+    pub fn set_challenge(&mut self, challenge: u64) {
+        self.backseat.host.challenge = challenge;
     }
 
     /// An edge of the pulse-per-second input.

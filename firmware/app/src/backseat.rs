@@ -447,6 +447,7 @@ impl Backseat {
             late_steps: self.state.late.count,
             latest_step_us: self.state.late.latest_us,
             hardware: self.drivers.hardware,
+            refused_requests: self.host.refused,
         }
     }
 

@@ -98,6 +98,12 @@ impl<'a> Health<'a> {
         self.backseat.estimator.packets().losses(loss)
     }
 
+    /// Requests of the host that were not signed, or not by the board's key.
+    #[must_use]
+    pub fn refused_requests(&self) -> u32 {
+        self.backseat.host.refused
+    }
+
     /// Time labels and pulse edges that did not fit.
     #[must_use]
     pub fn odd_times(&self) -> u32 {

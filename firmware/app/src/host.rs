@@ -3,7 +3,8 @@
 use crate::held::Held;
 use crate::mission::MissionTransfer;
 use crate::ring::Ring;
-use backseat_wire::hostlink::{FromBoard, MAX_FRAME, Refusal, Restart, encode};
+use backseat_wire::hostlink::{FromBoard, MAX_FRAME, Refusal, Restart, Signed, ToBoard, encode};
+use backseat_wire::ship_state::Key;
 
 /// Bytes that may wait for the host: some twenty steps of telemetry.
 pub const HOST_RING: usize = 8192;
@@ -31,7 +32,16 @@ pub struct Host {
     pub last_restart: Held<Restart>,
     /// Which image this is, for `Hello`.
     pub build: u32,
+    /// Another at each start of the board: what was signed for an earlier one is worth nothing.
+    pub challenge: u64,
+    /// Of the last signed request that was taken.
+    pub counter: u64,
+    /// Requests refused since start.
+    pub refused: u32,
 }
+
+/// A request, and whether it may do all that its kind may: it is signed, or there is no key.
+pub type Trusted<'a> = (ToBoard<'a>, bool);
 
 impl Host {
     pub const fn new() -> Self {
@@ -42,7 +52,33 @@ impl Host {
             key_us: 0,
             last_restart: Held::none(),
             build: 0,
+            challenge: 0,
+            counter: 0,
+            refused: 0,
         }
+    }
+
+    /// What a message asks for, if its sender may ask for it. With a key, what changes a flight has to be signed; a
+    /// request that was taken is not taken again, be it replayed by whomever.
+    #[inline(never)] // two messages at once on the stack, and no more of it
+    pub fn admit<'a>(&mut self, message: ToBoard<'a>, key: &Key) -> Result<Trusted<'a>, Refusal> {
+        let admitted = match message {
+            ToBoard::Signed(signed) => self.open(&signed, key),
+            request if key.is_set() && request.changes_a_flight() => Err(Refusal::Unsigned),
+            request => Ok((request, !key.is_set())),
+        };
+        if admitted.is_err() {
+            self.refused = self.refused.saturating_add(1);
+        }
+        admitted
+    }
+
+    fn open<'a>(&mut self, signed: &Signed<'a>, key: &Key) -> Result<Trusted<'a>, Refusal> {
+        if key.is_set() && (signed.counter <= self.counter || !signed.is_authentic(key, self.challenge)) {
+            return Err(Refusal::Forged);
+        }
+        self.counter = self.counter.max(signed.counter);
+        signed.request().map(|request| (request, true)).map_err(|_| Refusal::Forged)
     }
 
     /// Permissions end.

@@ -15,11 +15,11 @@ const UNLOCKED_US: u64 = 60_000_000;
 /// The key comes within this time of its announcement, µs.
 const KEY_US: u64 = 2_000_000;
 
-/// Carries out one request; `Step` belongs to the clock and is no request.
-pub fn answer(backseat: &mut Backseat, request: &ToBoard<'_>, out: &mut Ring<HOST_RING>) {
+/// Carries out one request; `Step` belongs to the clock and is no request, and what was signed has been opened.
+pub fn answer(backseat: &mut Backseat, request: &ToBoard<'_>, trusted: bool, out: &mut Ring<HOST_RING>) {
     let now_us = backseat.now_us();
     let answer = match *request {
-        ToBoard::Step(_) => return,
+        ToBoard::Step(_) | ToBoard::Signed(_) => return,
         ToBoard::Hello => {
             let firmware = concat!("backseat ", env!("CARGO_PKG_VERSION"));
             FromBoard::Hello { firmware, parameter_schema: PARAMETER_SCHEMA, build: backseat.host.build }
@@ -35,7 +35,9 @@ pub fn answer(backseat: &mut Backseat, request: &ToBoard<'_>, out: &mut Ring<HOS
             FromBoard::Done
         }
         ToBoard::KeyBegin => {
-            backseat.host.key_us = now_us.saturating_add(KEY_US);
+            if trusted {
+                backseat.host.key_us = now_us.saturating_add(KEY_US);
+            }
             FromBoard::Key { set: backseat.parameters.active().app.acoustic_key.is_set() }
         }
         ToBoard::KeySet(key) => outcome(set_key(backseat, key)),
@@ -74,6 +76,9 @@ pub fn answer(backseat: &mut Backseat, request: &ToBoard<'_>, out: &mut Ring<HOS
                 count: u8::try_from(corners_m.len()).unwrap_or(u8::MAX),
                 corner_m: corners_m.get(usize::from(index)).copied(),
             }
+        }
+        ToBoard::ChallengeGet => {
+            FromBoard::Challenge { challenge: backseat.host.challenge, counter: backseat.host.counter }
         }
         ToBoard::MissionStart => outcome(start(backseat)),
         ToBoard::HealthGet => FromBoard::Health(backseat.link_health()),

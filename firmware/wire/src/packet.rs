@@ -5,6 +5,7 @@ use crate::nmea::within;
 use crate::write::Writer;
 use crate::{Decimal, Error, hex};
 use core::fmt;
+use core::hash::Hasher as _;
 use core::str::FromStr;
 use crc::{CRC_16_IBM_3740, Crc};
 use serde::{Deserialize, Serialize};
@@ -151,6 +152,13 @@ impl Key {
     /// SipHash-2-4 of a message by this key.
     pub(crate) fn hash(&self, message: &[u8]) -> u64 {
         SipHasher24::new_with_key(&self.0).hash(message)
+    }
+
+    /// The same of a message in parts.
+    pub(crate) fn hash_of(&self, parts: [&[u8]; 4]) -> u64 {
+        let mut hasher = SipHasher24::new_with_key(&self.0);
+        parts.iter().for_each(|part| hasher.write(part));
+        hasher.finish()
     }
 
     pub(crate) fn code(&self, payload: &[u8]) -> [u8; CODE] {

@@ -47,15 +47,18 @@ pub enum FlightError {
     Data(#[from] DataError),
 }
 
-/// Sends a board the parameters, the key and the mission of a scenario.
+/// Sends a board the parameters, the key and the mission of a scenario. A board that has the key already takes them
+/// as well: they are signed by it.
 ///
 /// # Errors
 /// A board that does not answer or refuses one of them.
 pub fn prepare<P: Ports>(scenario: &Scenario, client: &mut Client<P>) -> Result<(), BackseatError> {
     client.hello()?;
+    let key = scenario.settings.acoustics.key;
+    client.sign_with(key);
     client.set_parameters(&board_parameters(scenario))?;
-    if scenario.settings.acoustics.key.is_set() {
-        client.set_key(scenario.settings.acoustics.key)?;
+    if key.is_set() {
+        client.set_key(key)?;
     }
     if Board::is_reset(&scenario.settings.faults) {
         // Twice: a copy that has served for a while has another beside it.

@@ -3,6 +3,7 @@
 mod declared_effects;
 mod effects;
 mod golden_history;
+mod hostile_host;
 mod scenario;
 mod ship_end;
 mod truth;

@@ -1,11 +1,12 @@
 //! A flight whose lines are disturbed, on any board that is reached over its ports: the app in this process and
 //! the ARM image in QEMU have to do the same, bit for bit.
 
-use crate::false_inputs::FalseInput;
+use crate::false_inputs::{FalseInput, HOST_KEY};
 use crate::flight::{self, STEP_US, swim};
 use arbitrary::{Arbitrary, Unstructured};
 use backseat_link::{Arrival, BackseatError, Client, Ports, StepOutput};
 use backseat_wire::hostlink::{MAX_CHUNKS, Port};
+use backseat_wire::ship_state::Key;
 use hil_sim::devices::Devices;
 use hil_sim::flight::board_parameters;
 use hil_sim::world::World;
@@ -75,6 +76,7 @@ impl Disturbance {
 pub fn fly_disturbed<P: Ports>(client: &mut Client<P>, data: &[u8]) -> Result<Vec<StepOutput>, BackseatError> {
     let scenario = flight::scenario();
     client.hello()?;
+    client.sign_with(Key::new(HOST_KEY));
     client.set_parameters(&board_parameters(scenario))?;
     client.set_mission(&flight::legs())?;
     client.step(0, &[], &[])?;

@@ -11,6 +11,9 @@ use backseat_wire::modem::{Addresses, ClockMode, FromModem, ModemTime, Payload, 
 use backseat_wire::ship_state::{Key, ShipState};
 use std::f64::consts::{FRAC_PI_2, PI};
 
+/// The key that a host sets, who may be anybody while there is none.
+pub(crate) const HOST_KEY: [u8; 16] = [7; 16];
+
 /// What a device or a PC may say in good form; numbers are shares of their ranges.
 #[derive(Arbitrary, Debug)]
 pub(crate) enum FalseInput {
@@ -123,7 +126,7 @@ impl FalseInput {
                     ToBoard::Hello,
                     ToBoard::Unlock,
                     ToBoard::KeyBegin,
-                    ToBoard::KeySet(Key::new([7; 16])),
+                    ToBoard::KeySet(Key::new(HOST_KEY)),
                 ];
                 let request = &requests[usize::from(which) % requests.len()];
                 (Port::Host, encode(request, buffer).expect("room").to_vec())

@@ -1,12 +1,14 @@
 //! A board on the bench and in the water: the app, its clock, and the simulated vehicle around it.
 
+use crate::false_inputs::HOST_KEY;
 use crate::finite;
 use backseat_app::{App, Progress, Pump, parameters};
 use backseat_wire::hostlink::{
-    Decoder, FromBoard, MAX_FRAME, Mode, ModeReason, Port, Telemetry, ToBoard, Waypoint, encode,
+    Decoder, FromBoard, MAX_FRAME, MAX_MESSAGE, Mode, ModeReason, Port, Signed, Telemetry, ToBoard, Waypoint, encode,
 };
 use backseat_wire::iver::{Servo, ServoBytes, ToFrontseat, Units};
 use backseat_wire::nmea::{Checksum, Framer};
+use backseat_wire::ship_state::Key;
 use hil_sim::backseat::Memory;
 use hil_sim::devices::Devices;
 use hil_sim::flight::board_parameters;
@@ -54,6 +56,8 @@ pub(crate) struct Board {
     servo: ServoBytes,
     /// Commands change no faster than their rates, but for neutral.
     steady: bool,
+    /// Of the operator's last request.
+    counter: u64,
 }
 
 impl Board {
@@ -68,6 +72,7 @@ impl Board {
             answer: None,
             servo: ServoBytes::NEUTRAL,
             steady: false,
+            counter: 0,
         }
     }
 
@@ -192,10 +197,19 @@ impl Board {
         }
     }
 
+    /// The frame of an operator's request: signed by the only key that a host sets here, if it has set one.
+    pub(crate) fn sign(&mut self, message: &ToBoard<'_>) -> Vec<u8> {
+        self.counter += 1;
+        let mut plain = [0; MAX_MESSAGE];
+        let signed = Signed::new(message, &Key::new(HOST_KEY), 0, self.counter, &mut plain).expect("a request");
+        encode(&ToBoard::Signed(signed), &mut [0; MAX_FRAME]).expect("a frame").to_vec()
+    }
+
     /// Asks the board for something; whether it was done.
     pub(crate) fn request(&mut self, message: &ToBoard<'_>) -> Result<(), String> {
         self.answer = None;
-        self.receive(Port::Host, encode(message, &mut [0; MAX_FRAME]).expect("a frame"));
+        let frame = self.sign(message);
+        self.receive(Port::Host, &frame);
         self.drain();
         self.answer.take().expect("an answer")
     }

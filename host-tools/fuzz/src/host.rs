@@ -129,7 +129,8 @@ impl Bench {
 
     /// Sends a request and waits for the answer, at most a second.
     fn request(&mut self, message: &ToBoard<'_>) -> (Option<Telemetry>, Option<Result<(), String>>) {
-        self.send(encode(message, &mut [0; MAX_FRAME]).expect("a frame"));
+        let frame = self.board.sign(message);
+        self.send(&frame);
         self.second()
     }
 }

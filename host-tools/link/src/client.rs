@@ -7,8 +7,8 @@ use crate::{BackseatError, Ports};
 use backseat_core::navigation::Sensor;
 use backseat_logs::session::{Event, Writer};
 use backseat_wire::hostlink::{
-    Chunk, Decoder, FromBoard, FusionTelemetry, Identification, MAX_FRAME, Naming, Port, Refusal, Step, StepDone,
-    Telemetry, ToBoard, Waypoint, encode,
+    Chunk, Decoder, FromBoard, FusionTelemetry, Identification, MAX_FRAME, MAX_MESSAGE, Naming, Port, Refusal, Signed,
+    Step, StepDone, Telemetry, ToBoard, Waypoint, encode,
 };
 use backseat_wire::ship_state::Key;
 use std::thread::sleep;
@@ -69,13 +69,17 @@ pub struct Client<P> {
     /// Bytes of device ports that were read ahead.
     ahead: [Vec<u8>; 4],
     tape: Tape,
+    /// What changes a flight is signed by this key.
+    key: Key,
+    /// The board's challenge and the counter of the last signed request, once it was asked.
+    challenge: Option<(u64, u64)>,
 }
 
 impl<P: Ports> Client<P> {
     /// Over these ports.
     pub fn new(ports: P) -> Self {
         let (unread, ahead) = Default::default();
-        Self { ports, decoder: Decoder::new(), unread, ahead, tape: Tape::default() }
+        Self { ports, decoder: Decoder::new(), unread, ahead, tape: Tape::default(), key: Key::NONE, challenge: None }
     }
 
     /// Writes into `session` from here on what passes, the board's parameters first: what is needed to do it again.
@@ -101,13 +105,42 @@ impl<P: Ports> Client<P> {
         &mut self.ports
     }
 
-    /// Sends one message.
+    /// Signs what changes a flight by this key from here on; a board without a key does not look at it.
+    pub fn sign_with(&mut self, key: Key) {
+        (self.key, self.challenge) = (key, None);
+    }
+
+    /// The board's challenge, and a counter that it has not seen.
+    fn next_challenge(&mut self) -> Result<(u64, u64), BackseatError> {
+        let (challenge, counter) = match self.challenge {
+            Some(known) => known,
+            None => {
+                self.send(&ToBoard::ChallengeGet)?;
+                self.receive(|message| match message {
+                    FromBoard::Challenge { challenge, counter } => Some((challenge, counter)),
+                    _ => None,
+                })?
+            }
+        };
+        let next = (challenge, counter + 1);
+        self.challenge = Some(next);
+        Ok(next)
+    }
+
+    /// Sends one message, signed if that is needed and there is a key.
     ///
     /// # Errors
     /// When the backseat is gone.
     pub fn send(&mut self, message: &ToBoard<'_>) -> Result<(), BackseatError> {
-        let mut buffer = [0; MAX_FRAME];
-        let frame = encode(message, &mut buffer).map_err(|e| BackseatError::Protocol(format!("nothing: {e:?}")))?;
+        let nothing = |error| BackseatError::Protocol(format!("nothing: {error:?}"));
+        let (mut plain, mut buffer) = ([0; MAX_MESSAGE], [0; MAX_FRAME]);
+        let frame = if self.key.is_set() && (message.changes_a_flight() || *message == ToBoard::KeyBegin) {
+            let (challenge, counter) = self.next_challenge()?;
+            let signed = Signed::new(message, &self.key, challenge, counter, &mut plain).map_err(nothing)?;
+            encode(&ToBoard::Signed(signed), &mut buffer).map_err(nothing)?
+        } else {
+            encode(message, &mut buffer).map_err(nothing)?
+        };
         self.ports.write(Port::Host, frame)?;
         // the clock is recorded otherwise, the key nowhere
         if self.tape.is_running() && !matches!(message, ToBoard::Step(_) | ToBoard::KeySet(_)) {
@@ -238,16 +271,17 @@ impl<P: Ports> Client<P> {
         }
     }
 
-    /// Sends the board the key of the acoustic payloads; none switches authentication off.
+    /// Sends the board the key; none switches authentication off. What follows is not signed by it before
+    /// [`Self::sign_with`].
     ///
     /// # Errors
     /// When it is refused.
     pub fn set_key(&mut self, key: Key) -> Result<(), BackseatError> {
         self.has_key()?;
-        self.request(&ToBoard::KeySet(key), || "the acoustic key".into())
+        self.request(&ToBoard::KeySet(key), || "the key".into())
     }
 
-    /// Whether the board has a key of the acoustic payloads; it never reveals the key. A new one may follow now.
+    /// Whether the board has a key; it never reveals it. A new one may follow now, of whoever has the old one.
     ///
     /// # Errors
     /// When it does not answer.
@@ -327,7 +361,7 @@ impl<P: Ports> Client<P> {
         for event in self.ports.reset(reset)? {
             self.tape.write(event)?;
         }
-        self.decoder = Decoder::new();
+        (self.decoder, self.challenge) = (Decoder::new(), None);
         self.unread.clear();
         self.ahead.iter_mut().for_each(Vec::clear);
         Ok(())

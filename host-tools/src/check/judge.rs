@@ -85,6 +85,8 @@ pub struct Look {
     pub watched: Duration,
     /// This computer's clock at its end, µs since 1970.
     pub now_us: u64,
+    /// The board has a key.
+    pub has_key: bool,
 }
 
 /// Every check, in the order of a table.
@@ -104,6 +106,7 @@ pub fn lines(look: &Look) -> Vec<CheckLine> {
         priors(&look.parameters),
         alert(&look.parameters),
         mission(look.waypoints),
+        key(look),
     ]);
     lines
 }
@@ -397,6 +400,17 @@ fn mission(waypoints: usize) -> CheckLine {
     }
 }
 
+/// Who may change a flight: whoever has the key, or everybody at the port.
+fn key(look: &Look) -> CheckLine {
+    let (_, after) = &look.counters;
+    let (verdict, found) = match (look.has_key, after.refused_requests) {
+        (false, _) => (Verdict::Note, "none: whoever reaches the host port can change the flight".to_owned()),
+        (true, 0) => (Verdict::Pass, "set; what changes a flight has to be signed".to_owned()),
+        (true, refused) => (Verdict::Note, format!("set; {refused} requests refused that were not signed by it")),
+    };
+    CheckLine::new(verdict, "key", found)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -412,6 +426,7 @@ mod tests {
             late_steps: 0,
             latest_step_us: 0,
             hardware: None,
+            refused_requests: 0,
             oscillator: Oscillator::Crystal,
             log: BoardLog::NONE,
         };
@@ -423,6 +438,7 @@ mod tests {
             telemetry: Vec::new(),
             watched: Duration::from_secs(3),
             now_us: 0,
+            has_key: false,
         }
     }
 

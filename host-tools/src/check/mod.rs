@@ -92,6 +92,7 @@ fn now_us() -> u64 {
 fn look(board: &mut Board) -> anyhow::Result<Look> {
     let parameters = board.parameters()?;
     let waypoints = board.mission()?.len();
+    let has_key = board.has_key()?;
     let before = board.health()?;
     let telemetry = board.listen(WATCH)?;
     let now_us = now_us();
@@ -104,6 +105,7 @@ fn look(board: &mut Board) -> anyhow::Result<Look> {
         telemetry,
         watched: WATCH,
         now_us,
+        has_key,
     })
 }
 

@@ -158,6 +158,7 @@ fn ports(model: &Model) -> Value {
     ports.insert("pps_edges".into(), json!(health.pps_edges));
     ports.insert("synchronised".into(), json!(health.synchronised));
     ports.insert("late_steps".into(), json!(health.late_steps));
+    ports.insert("refused_requests".into(), json!(health.refused_requests));
     ports.insert("latest_step_s".into(), json!(f64::from(health.latest_step_us) * 1e-6));
     ports.insert("oscillator".into(), json!(words::oscillator(health.oscillator)));
     let log = json!({"state": words::log_state(health.log.state), "lost_records": health.log.lost_records});

@@ -3,7 +3,7 @@
 mod learnt;
 mod table;
 
-use crate::board::Common;
+use crate::board::{Common, KeySource};
 use crate::console;
 use anyhow::{anyhow, bail};
 use backseat_link::board::{Board, Declared, number, reason};
@@ -11,10 +11,7 @@ use backseat_logs::output::{self, Existing};
 use backseat_logs::{BoardFile, BoardParameter, parameters_page};
 use backseat_wire::ship_state::Key;
 use clap::Subcommand;
-use ratatui::crossterm::event::{self, Event, KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
-use ratatui::crossterm::terminal::{disable_raw_mode, enable_raw_mode};
 use serde_json::json;
-use std::io::{BufRead as _, IsTerminal as _};
 use std::path::PathBuf;
 
 const EXAMPLES: &str = "\
@@ -38,11 +35,13 @@ Examples:
   backseat params set /dev/ttyACM0 installation.sound_speed_mps=1483 --unlock
   backseat params set /dev/ttyACM0 app.acoustic_key=@ship.key      from a file
   backseat params set /dev/ttyACM0 app.acoustic_key=-              asked for, or from a pipe
+  backseat params set /dev/ttyACM0 app.acoustic_key=@new.key --key ship.key
 
-The key of the acoustic payloads (32 hexadecimal digits, `openssl rand -hex 16 > ship.key`; or none) is shared with the
-ship; it can be written, not read. It is not taken from the command line, which every user of the computer can see.
-With a key only packets that carry its authentication code are used. It cannot be set during a mission; params store
-keeps it through power-off.";
+The key (32 hexadecimal digits, `openssl rand -hex 16 > ship.key`; or none) is shared with the ship; it can be written,
+not read. It is not taken from the command line, which every user of the computer can see. With a key the board uses
+only packets that carry its authentication code, and takes from its host port nothing that changes a flight unless it
+is signed: all commands that do so are then given --key FILE, this one the old key to set another. It cannot be set
+during a mission; params store keeps it through power-off.";
 
 const GET: &str = "\
 Example:
@@ -132,7 +131,7 @@ enum Action {
     Docs,
 }
 
-/// What the key of the acoustic payloads is called; it is in no list, because a list is read.
+/// What the key is called; it is in no list, because a list is read.
 const KEY: &str = "app.acoustic_key";
 
 /// `NAME=VALUE`.
@@ -140,57 +139,6 @@ const KEY: &str = "app.acoustic_key";
 enum Assignment {
     Number(String, f64),
     Key(KeySource),
-}
-
-/// Where a key comes from; never from the command line.
-#[derive(Clone, Debug, PartialEq)]
-enum KeySource {
-    /// No key.
-    None,
-    /// A file of 32 hexadecimal digits.
-    File(PathBuf),
-    /// Whoever sits here, or a pipe.
-    Asked,
-}
-
-impl KeySource {
-    fn read(&self) -> anyhow::Result<Key> {
-        let (text, place) = match self {
-            Self::None => return Ok(Key::NONE),
-            Self::File(path) => (backseat_logs::settings::read(path)?, path.display().to_string()),
-            Self::Asked => (ask()?, "what was given as the key".to_owned()),
-        };
-        // an error does not show it
-        text.trim().parse().map_err(|_| anyhow!("{place}: neither 32 hexadecimal digits nor none"))
-    }
-}
-
-/// A line of standard input; at a terminal it is not shown.
-fn ask() -> anyhow::Result<String> {
-    let mut text = String::new();
-    if !std::io::stdin().is_terminal() {
-        std::io::stdin().lock().read_line(&mut text)?;
-        return Ok(text);
-    }
-    console::say(&format!("{KEY}, 32 hexadecimal digits (not shown):"));
-    enable_raw_mode()?;
-    let read = loop {
-        match event::read() {
-            Ok(Event::Key(KeyEvent { code, modifiers, kind: KeyEventKind::Press, .. })) => match code {
-                KeyCode::Enter => break Ok(()),
-                KeyCode::Char('c') if modifiers.contains(KeyModifiers::CONTROL) => break Err(anyhow!("interrupted")),
-                KeyCode::Char(c) => text.push(c),
-                KeyCode::Backspace => {
-                    text.pop();
-                }
-                _ => {}
-            },
-            Ok(_) => {}
-            Err(error) => break Err(error.into()),
-        }
-    };
-    disable_raw_mode()?;
-    read.map(|()| text)
 }
 
 fn assignment(text: &str) -> Result<Assignment, String> {
@@ -219,7 +167,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
             for value in values {
                 match value {
                     Assignment::Number(name, value) => numbers.push((name.clone(), *value)),
-                    Assignment::Key(source) => key = Some(source.read()?),
+                    Assignment::Key(source) => key = Some(source.read(KEY)?),
                 }
             }
             set(common, &numbers, key, *unlock)

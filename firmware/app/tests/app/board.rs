@@ -3,7 +3,8 @@
 use backseat_app::{App, Progress, Pump};
 use backseat_wire::hostlink::{
     Chunk, Decoder, Estimates, FaultReport, FromBoard, FusionTelemetry, Health, Identification, LearntStored,
-    MAX_FRAME, Naming, Port, Refusal, Restart, Ship, Step, StepDone, Telemetry, ToBoard, Waypoint, encode,
+    MAX_FRAME, MAX_MESSAGE, Naming, Port, Refusal, Restart, Ship, Signed, Step, StepDone, Telemetry, ToBoard, Waypoint,
+    encode,
 };
 use std::collections::VecDeque;
 use std::convert::Infallible;
@@ -38,6 +39,7 @@ pub struct Heard {
     pub faults: Vec<FaultReport>,
     pub estimates: Vec<Estimates>,
     pub naming: Vec<Naming>,
+    pub challenges: Vec<(u64, u64)>,
 }
 
 /// The host's end of the host link.
@@ -62,6 +64,7 @@ impl Listener {
                 FromBoard::Parameter(info) => heard.parameters.push((info.name.to_owned(), info.value)),
                 FromBoard::Mission { waypoint, .. } => heard.waypoints.push(waypoint),
                 FromBoard::Done | FromBoard::Hello { .. } => heard.answers.push(Ok(())),
+                FromBoard::Challenge { challenge, counter } => heard.challenges.push((challenge, counter)),
                 FromBoard::Restart(restart) => heard.restarts.push(restart),
                 FromBoard::Health(health) => heard.health = Some(health),
                 FromBoard::Identification(identification) => heard.identifications.push(identification),
@@ -89,10 +92,19 @@ pub trait Board {
     fn app(&self) -> &App;
 }
 
-/// Sends requests and expects them to be carried out.
+/// Sends requests, signed by the board's key if it has one, and expects them to be carried out.
 pub fn request_all(board: &mut dyn Board, messages: &[ToBoard<'_>]) {
     for message in messages {
-        board.request(message);
+        let key = board.app().parameters().app.acoustic_key;
+        if key.is_set() {
+            board.request(&ToBoard::ChallengeGet);
+            let (challenge, counter) = board.heard().challenges.pop().expect("an answer");
+            let mut buffer = [0; MAX_MESSAGE];
+            let signed = Signed::new(message, &key, challenge, counter + 1, &mut buffer).expect("a request");
+            board.request(&ToBoard::Signed(signed));
+        } else {
+            board.request(message);
+        }
         let answer = board.heard().answers.pop();
         assert_eq!(answer, Some(Ok(())), "{message:?}");
     }

@@ -14,6 +14,7 @@ mod modes;
 mod parameter_store;
 mod persistence;
 mod safety;
+mod signed;
 mod step_watch;
 mod streams;
 mod time;

@@ -36,6 +36,8 @@ pub struct HostPorts {
     pub ports: [PortSettings; 5],
     /// Where parameters are kept; none: they are not.
     pub store: Option<PathBuf>,
+    /// [`App::set_challenge`]; 0 in a simulation, which is the same each time.
+    pub challenge: u64,
 }
 
 /// How often the stop flag is looked at while nothing happens.
@@ -48,7 +50,11 @@ impl HostPorts {
     #[must_use]
     pub fn new(paths: [PathBuf; 5]) -> Self {
         let mut baud = Port::DEFAULT_BAUD.into_iter();
-        Self { ports: paths.map(|path| PortSettings { path, baud: baud.next().unwrap_or(115_200) }), store: None }
+        Self {
+            ports: paths.map(|path| PortSettings { path, baud: baud.next().unwrap_or(115_200) }),
+            store: None,
+            challenge: 0,
+        }
     }
 }
 
@@ -63,6 +69,7 @@ impl HostPorts {
 /// that cannot be opened: one line that names it.
 pub fn run(ports: &HostPorts, stop: &AtomicBool) -> Result<()> {
     let mut app = Box::new(App::new());
+    app.set_challenge(ports.challenge);
     let mut store = ports.store.as_deref().map(|path| open_store(path, &mut app)).transpose()?;
     let mut poll = Poll::new().context("cannot poll")?;
     let mut lines = open(ports, &poll)?;

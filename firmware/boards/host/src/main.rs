@@ -1,9 +1,11 @@
 //! `backseat-host`: the backseat on serial ports of this computer.
 
-use anyhow::Result;
+use anyhow::{Context, Result};
 use backseat_host::{HostPorts, PortSettings, run};
 use backseat_wire::hostlink::Port;
 use clap::Parser;
+use std::fs::File;
+use std::io::Read as _;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -40,6 +42,9 @@ struct Args {
     store: Option<PathBuf>,
 }
 
+/// Random numbers of the kernel.
+const RANDOM: &str = "/dev/urandom";
+
 static STOP: AtomicBool = AtomicBool::new(false);
 
 fn main() -> ExitCode {
@@ -60,5 +65,8 @@ fn start(arguments: Args) -> Result<()> {
         *baud = wanted;
     }
     ports.store = store;
+    let mut challenge = [0; 8];
+    File::open(RANDOM).and_then(|mut file| file.read_exact(&mut challenge)).context(RANDOM)?;
+    ports.challenge = u64::from_ne_bytes(challenge);
     run(&ports, &STOP)
 }

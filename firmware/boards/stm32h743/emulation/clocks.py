@@ -133,3 +133,22 @@ class Pwr(Device):
 
     def read(self, offset, size):
         return super().read(offset, size) | (1 << 13 if offset in (0x04, 0x18) else 0) | (1 << 4 if offset == 0x04 and self.is_low else 0)
+
+
+class Rng(Device):
+    """Numbers that are ready at once, and the same in each run (RM0433 34)."""
+
+    name, gate = "RNG", (0xDC, 6)
+    CR, SR, DR, ON = 0x00, 0x04, 0x08, 4
+
+    def reset(self):
+        self.r, self.last = {}, 0x2545F491
+
+    def read(self, offset, size):
+        on = self.word(self.CR) & self.ON and self.machine.rcc.ready(12)
+        if offset == self.SR:
+            return 1 if on else 0
+        if offset == self.DR and on:
+            self.last = self.last * 1664525 + 1013904223 & 0xFFFFFFFF
+            return self.last
+        return super().read(offset, size)

@@ -10,7 +10,7 @@ import struct
 
 from bus import NEVER, Plain
 from card import Spi
-from clocks import Exti, Pwr, Rcc
+from clocks import Exti, Pwr, Rcc, Rng
 from core import Core, Scs
 from elftools.elf.elffile import ELFFile
 from serial_ports import Dma, Gpio, Usart
@@ -22,7 +22,8 @@ from unicorn import arm_const as arm
 DTCM, DTCM_SIZE, AXI, AXI_SIZE = 0x20000000, 0x20000, 0x24000000, 0x80000
 PAINT = 0xA5
 MMIO_NS = 25.0
-WINDOWS = ((0x40000000, 0x30000), (0x52000000, 0xA000), (0x58000000, 0x27000), (0x5C000000, 0x10000), (0xE0000000, 0x10000))
+WINDOWS = ((0x40000000, 0x30000), (0x48021000, 0x1000), (0x52000000, 0xA000), (0x58000000, 0x27000), (0x5C000000, 0x10000),
+           (0xE0000000, 0x10000))
 
 
 class Machine(Core):
@@ -79,7 +80,7 @@ class Machine(Core):
         self.sources = [self.tim2, self.tim5, self.watchdog, *self.usarts]
         self.exti = Exti(self, 0x58000000)
         others = [self.exti, Plain(self, 0x52009000, "RAMECC1"), Plain(self, 0x58000400, "SYSCFG", (0xF4, 1)), Plain(self, 0x5C001000, "DBGMCU", None, {0: 0x20036450}),
-                  Spi(self, 0x40013000)]
+                  Spi(self, 0x40013000), Rng(self, 0x48021800)]
         self.devices = [self.scs, self.rcc, self.pwr, self.flash, self.mux, *self.gpio.values(), *self.dmas, *self.sources, *others]
         self.pages = {page: device for device in self.devices
                       for page in range(device.base >> 10, (device.base + device.size) >> 10)}

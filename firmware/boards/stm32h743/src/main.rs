@@ -27,6 +27,7 @@ mod flash;
 mod leds;
 mod log;
 mod memory;
+mod random;
 mod supply;
 mod time;
 mod uart;
@@ -163,6 +164,11 @@ async fn start_and_store() {
         defmt::error!("the stored parameters do not fit together: defaults");
     }
     app.set_build(fault::build());
+    let challenge = random::number();
+    if challenge == 0 {
+        defmt::error!("no random number: requests signed in one start of the board can be replayed in another");
+    }
+    app.set_challenge(challenge);
     app.set_oscillator(oscillator);
     app.resume(restart, &response);
     if response != Response::Fresh {

@@ -65,6 +65,11 @@ fn stuff(buffer: &mut [u8], end: usize) -> Result<usize, Error> {
 pub struct Frame<'a>(&'a [u8]);
 
 impl<'a> Frame<'a> {
+    /// Of a message that came in another way.
+    pub(super) const fn new(message: &'a [u8]) -> Self {
+        Self(message)
+    }
+
     /// The message, borrowing its text from the decoder.
     ///
     /// # Errors

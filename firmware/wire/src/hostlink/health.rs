@@ -91,4 +91,6 @@ pub struct Health {
     pub latest_step_us: u32,
     /// What the board's own hardware says; none where a computer stands in for the board.
     pub hardware: Option<Hardware>,
+    /// Requests refused since start because they were not signed, or not by the board's key.
+    pub refused_requests: u32,
 }

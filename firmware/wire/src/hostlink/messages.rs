@@ -3,6 +3,7 @@
 use super::crash::Crash;
 use super::health::Health;
 use super::identification::{Estimates, FaultReport, Identification, LearntStored, Naming};
+use super::signed::Signed;
 use crate::packet::Key;
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
@@ -329,6 +330,10 @@ pub enum Refusal {
     Unsafe(ModeReason),
     /// The fence is no simple polygon: fewer than three corners, or two of its edges meet.
     Fence,
+    /// The board has a key, and takes what changes a flight only [`Signed`].
+    Unsigned,
+    /// Signed by another key, for another start of the board, or heard before.
+    Forged,
 }
 
 /// PC to board.
@@ -386,10 +391,10 @@ pub enum ToBoard<'a> {
     FinWiggle,
     /// Take parameters under way as well, for a minute: those that may change there.
     Unlock,
-    /// The key of the acoustic payloads comes next: within two seconds, which the board does not log. Answered by
-    /// whether there is one.
+    /// The key of acoustic payloads and signed requests comes next: within two seconds, which the board does not log.
+    /// Answered by whether there is one.
     KeyBegin,
-    /// The key of the acoustic payloads; none switches authentication off. Nothing ever gives it back.
+    /// The key; none switches authentication off. Nothing ever gives it back.
     KeySet(Key),
     /// The next corner of the fence of the mission on its way in: between `MissionBegin` and `MissionCommit`. A mission
     /// without them has no polygon.
@@ -406,6 +411,10 @@ pub enum ToBoard<'a> {
         /// Its position, from 0.
         index: u8,
     },
+    /// Ask for what a [`Signed`] request is signed with beside the key.
+    ChallengeGet,
+    /// A request and its code.
+    Signed(#[serde(borrow)] Signed<'a>),
 }
 
 /// Board to PC.
@@ -471,4 +480,11 @@ pub enum FromBoard<'a> {
     },
     /// Every minute under water while something is named, and when nothing is any more.
     Naming(Naming),
+    /// Answer to `ChallengeGet`.
+    Challenge {
+        /// Another at each start of the board.
+        challenge: u64,
+        /// That of the last signed request that was taken.
+        counter: u64,
+    },
 }

@@ -8,6 +8,7 @@ mod crash;
 mod health;
 mod identification;
 mod messages;
+mod signed;
 
 pub use codec::{CRC, Decoder, Frame, MAX_FRAME, MAX_MESSAGE, encode};
 pub use crash::Crash;
@@ -20,3 +21,4 @@ pub use messages::{
     Chunk, FromBoard, FusionTelemetry, MAX_CHUNKS, MAX_FENCE_CORNERS, MAX_PPS, Mode, ModeReason, ParameterInfo, Port,
     Refusal, ResetCause, Restart, Ship, Step, StepDone, Telemetry, ToBoard, Waypoint,
 };
+pub use signed::Signed;

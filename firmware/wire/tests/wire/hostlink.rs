@@ -91,6 +91,7 @@ fn every_message_survives() {
             late_steps: 2,
             latest_step_us: 479_000,
             hardware: Some(Hardware { stacks: [Stack { used: 7, room: u32::MAX }; 2], ..Hardware::default() }),
+            refused_requests: 9,
         }),
     ];
     let mut stream = Vec::new();

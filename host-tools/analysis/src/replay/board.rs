@@ -65,8 +65,8 @@ impl Replay {
             replay.app.restore(None);
         }
         if survey.has_key {
-            let note = "the board had a key of the acoustic payloads, which no log holds: packets that it refused as \
-                        forged are used here, and an abort is not heeded";
+            let note = "the board had a key, which no log holds: packets and requests that it refused as forged are \
+                        taken here, and an abort is not heeded";
             replay.outcome.notes.push(note.to_owned());
         }
         replay

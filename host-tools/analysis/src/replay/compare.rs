@@ -219,10 +219,18 @@ fn judge(logged: &[u8], replayed: &[u8]) -> Judgement {
         message(replayed, |replayed| match (&logged, &replayed) {
             (Some(FromBoard::StepDone(_)), _) => Judgement::OnlyLogged { losses: false },
             (Some(FromBoard::Health(a)), Some(FromBoard::Health(b)))
-                if Health { receive_losses: b.receive_losses, log: b.log, hardware: b.hardware, ..*a } == *b =>
+                if (Health {
+                    receive_losses: b.receive_losses,
+                    log: b.log,
+                    hardware: b.hardware,
+                    refused_requests: b.refused_requests,
+                    ..*a
+                }) == *b =>
             {
                 Judgement::Losses
             }
+            // a number of the start that is in no log
+            (Some(FromBoard::Challenge { .. }), Some(FromBoard::Challenge { .. })) => Judgement::Same,
             (Some(FromBoard::Health(_)), replayed) if !matches!(replayed, Some(FromBoard::Health(_))) => {
                 Judgement::OnlyLogged { losses: true }
             }

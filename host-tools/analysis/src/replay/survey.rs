@@ -80,7 +80,7 @@ impl Survey {
 impl Listener {
     fn asked(&mut self, mut bytes: &[u8]) {
         while let Some(frame) = self.to_board.feed(&mut bytes) {
-            match frame.and_then(|frame| frame.message()) {
+            match frame.and_then(|frame| frame.message::<ToBoard<'_>>()).and_then(ToBoard::unsigned) {
                 Ok(ToBoard::ParameterStore) => self.storing = true,
                 Ok(ToBoard::KeyBegin) => self.key_expected = true,
                 Ok(

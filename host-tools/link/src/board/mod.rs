@@ -52,9 +52,10 @@ struct Refused {
 
 impl Board {
     /// Opens the port and waits until what comes in is the answer to what was asked: whatever an earlier program
-    /// left unread on the line comes before it.
-    pub fn connect(port: &PortName) -> anyhow::Result<Self> {
+    /// left unread on the line comes before it. What changes a flight is signed by `key`.
+    pub fn connect(port: &PortName, key: Key) -> anyhow::Result<Self> {
         let mut client = Client::new(Serial::host(port)?);
+        client.sign_with(key);
         let moment = SystemTime::UNIX_EPOCH.elapsed().map_or(0, |elapsed| elapsed.subsec_micros() as u16);
         let nonce = FIRST_NONCE | moment;
         let mut hello = None;
@@ -186,13 +187,16 @@ impl Board {
         bail!("the board refused these and keeps the old set: {}", refused.join("; "))
     }
 
-    /// Sets the key of the acoustic payloads; none switches authentication off.
+    /// Sets the key of acoustic payloads and signed requests; none switches authentication off. What follows is signed
+    /// by it.
     pub fn set_key(&mut self, key: Key) -> anyhow::Result<()> {
         let set = self.client.set_key(key);
-        set.map_err(|error| self.failed(&error))
+        set.map_err(|error| self.failed(&error))?;
+        self.client.sign_with(key);
+        Ok(())
     }
 
-    /// Whether there is a key of the acoustic payloads.
+    /// Whether there is a key.
     pub fn has_key(&mut self) -> anyhow::Result<bool> {
         let has = self.client.has_key();
         has.map_err(|error| self.failed(&error))

@@ -26,6 +26,11 @@ pub fn reason(refusal: Refusal) -> String {
         }
         Refusal::Relaxes => "a safety limit may only become stricter while a mission runs or is armed",
         Refusal::Fence => "the fence is no simple polygon: fewer than three corners, or two of its edges meet",
+        Refusal::Unsigned => {
+            "it has a key, and takes what changes a flight only from whoever has it (--key FILE; of a simulation \
+             [acoustics] key)"
+        }
+        Refusal::Forged => "its key is another than the one given, or another program signed a request meanwhile",
         Refusal::Unsafe(cause) => {
             return format!("not safe by the limits of its section safety: {}", mode_reason(cause));
         }

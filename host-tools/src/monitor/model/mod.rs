@@ -291,6 +291,7 @@ impl Model {
             }
             // Answers to another program.
             FromBoard::StepDone(_)
+            | FromBoard::Challenge { .. }
             | FromBoard::Done
             | FromBoard::Refused(_)
             | FromBoard::Fence { .. }
@@ -434,6 +435,11 @@ impl Model {
             let latest_ms = f64::from(health.latest_step_us) * 1e-3;
             let text =
                 format!("{} steps came late, the latest so far by {latest_ms:.0} ms", health.late_steps - late_before);
+            self.journal.note(self.when(), Severity::Warning, text);
+        }
+        let refused_before = self.health.as_ref().map_or(0, |last| last.refused_requests);
+        if health.refused_requests > refused_before {
+            let text = format!("{} requests at its host port were not signed by its key", health.refused_requests);
             self.journal.note(self.when(), Severity::Warning, text);
         }
         self.health = Some(health);

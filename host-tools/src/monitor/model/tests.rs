@@ -136,6 +136,7 @@ pub fn flying() -> (Model, u64) {
                     late_steps: 0,
                     latest_step_us: 0,
                     hardware: None,
+                    refused_requests: 0,
                 }),
             );
         }
