@@ -256,6 +256,12 @@ def log_card(image, _):
     assert list(files) == ["LOG00000.BSL"], files.keys()
     kinds = [kind for kind, _ in messages(files["LOG00000.BSL"])]
     assert kinds[0] == 0 and kinds.count(5) > 5, f"a start and its steps are in the log: {kinds}"
+    at = with_card.pc
+    with_card.hard_fault("injected")
+    with_card.run_for(1.5)
+    files = with_card.card.volume.files()
+    crashes = files.get("CRASHES.TXT", b"").decode()
+    assert crashes.startswith(f"before LOG00001: fault at {at:#010x}") and crashes.endswith("\r\n"), f"{list(files)}, {crashes}"
     with_card.measured["card before it is identified, kHz"] = with_card.card.fastest_unidentified_hz * 1e-3
     without = Machine(image)
     without.run_for(0.3)

@@ -221,7 +221,7 @@ async fn start_and_store() {
 
     let resources = card::Resources { spi: p.SPI1, clock: p.PA5, miso: p.PA6, mosi: p.PB5, select: p.PD14 };
     let mut looked = Instant::now();
-    let card = card.write(if restart.resets < CARD_RESETS { Card::new(resources) } else { Card::Absent });
+    let card = card.write(if restart.resets < CARD_RESETS { Card::new(resources, crash) } else { Card::Absent });
     loop {
         // First: what the host waits for.
         let next = with_timeout(CARD_TICK, select(from_app.receive(), supply::FALLS.wait())).await;

@@ -58,6 +58,8 @@ impl fmt::Display for Crash {
             file.iter().filter(|byte| byte.is_ascii_graphic()).try_for_each(|byte| f.write_char(char::from(*byte)))?;
             write!(f, ":{line}")?;
         }
-        write!(f, ", exception {exception}, {:.1} s after its start, image {build:08x}", f64::from(*time_us) * 1e-6)
+        // without floating point, whose formatting a board would carry for this alone
+        let (s, tenths) = (time_us / 1_000_000, time_us / 100_000 % 10);
+        write!(f, ", exception {exception}, {s}.{tenths} s after its start, image {build:08x}")
     }
 }

@@ -48,7 +48,8 @@ pub struct Hardware {
     pub supply_dips: u32,
     /// The supply at which the chip is reset, as its option bytes say: 0 to 3, of which 3 is the highest.
     pub brown_out_level: u8,
-    /// Wrong bits in RAM and flash: those that were corrected, and those that were not.
+    /// Steps in which wrong bits were found, in the filter's RAM or the program's flash: bits that were corrected, and
+    /// bits that were not.
     pub wrong_bits: [u32; 2],
     /// What the longest step took, with what was received and sent beside it, µs.
     pub longest_step_us: u32,
