@@ -1,7 +1,7 @@
 //! Marks of no reading: one number far beyond all others, written where a sensor measured nothing.
 
 use super::{ColumnSummary, Finding, limits};
-use crate::log::{Column, Log};
+use crate::log::Log;
 use std::borrow::Cow;
 
 /// Samples alike from which on a number is no outlier.
@@ -49,7 +49,7 @@ fn mark(log: &Log, summary: &ColumnSummary) -> Option<(f64, usize)> {
 mod tests {
     use super::super::Examination;
     use super::*;
-    use crate::log::LogRow;
+    use crate::log::{Column, LogRow};
 
     /// A DVL that loses the bottom for a third of the time and says so by 25.032 m/s astern, beside a clean heave.
     #[test]
