@@ -133,6 +133,8 @@ fn what_navigate_and_identify_say_next_runs() {
     let mapped = "other_maker.csv.gz --columns map.toml";
     all_run(folder, &format!("navigate {mapped}"), "", &format!("diagnose {mapped}"));
     all_run(folder, "identify dive.csv.gz --method iv --vehicle iver3.toml", "", "dive.csv.gz");
+    // No result is overwritten.
+    let _ = std::fs::remove_file(folder.join("identified.toml"));
     let made = "sim dataset --effect thrust_loss:k_n_s2_per_rad_m=0.004 --seed 7 --hours 0.3 --excite --out set";
     program(folder, made.split_whitespace()).good(made);
     let asked = "identify set/log.csv --vehicle set/vehicle.toml --method iv";

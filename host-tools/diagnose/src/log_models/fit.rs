@@ -30,8 +30,6 @@ pub(super) struct Fitting<'a, M> {
     pub noise: Vec<Noise>,
     /// Mean and 1/σ² of every column.
     prior: Vec<[f64; 2]>,
-    /// Columns that cannot be negative (no sensor is early).
-    positive: Vec<usize>,
 }
 
 impl<'a, M: LogModel> Fitting<'a, M> {
@@ -39,12 +37,8 @@ impl<'a, M: LogModel> Fitting<'a, M> {
     pub fn new(model: &'a M, layout: Layout) -> Option<(Self, Vec<f64>)> {
         let mut prior = vec![[0.0, 0.0]; model.columns()];
         let mut columns = model.calibrated();
-        let mut positive = Vec::new();
         for (entry, own) in model.entries() {
             for (place, column) in own.iter().enumerate() {
-                if model.limits(entry, place)[0] == 0.0 {
-                    positive.push(*column);
-                }
                 let [low, high] = catalogue_range(entry, place);
                 let sigma = 0.5 * (high - low);
                 prior[*column] = [0.0, if sigma.is_finite() { sigma.powi(-2) } else { 0.0 }];
@@ -62,7 +56,7 @@ impl<'a, M: LogModel> Fitting<'a, M> {
         let rows = model.rows(&theta);
         let is_summed = |channel| model.is_summed(channel);
         let noise = noise::estimate(&rows, &layout, is_summed, 0);
-        let mut fitting = Self { model, layout, noise, prior, positive };
+        let mut fitting = Self { model, layout, noise, prior };
         if model.guess().iter().any(|value| *value != 0.0) {
             // What a guess leaves is the effects themselves: it says nothing of the noise's memory.
             fitting.noise.iter_mut().for_each(|noise| {
@@ -71,16 +65,16 @@ impl<'a, M: LogModel> Fitting<'a, M> {
             });
         }
         for _ in 0..ROUNDS {
-            theta = fitting.solve_possible(&columns, &theta)?;
+            theta = fitting.solve(&columns, &theta, DataPart::Seen)?;
             let rows = model.rows(&theta);
             fitting.noise = noise::estimate(&rows, &fitting.layout, is_summed, columns.len());
         }
-        theta = fitting.solve_possible(&columns, &theta)?;
+        theta = fitting.solve(&columns, &theta, DataPart::Seen)?;
         for _ in 0..ROUNDS {
             let Some(better) = fitting.other_start(&columns, &theta) else { break };
             theta = better;
             fitting.noise = noise::estimate(&model.rows(&theta), &fitting.layout, is_summed, columns.len());
-            theta = fitting.solve_possible(&columns, &theta)?;
+            theta = fitting.solve(&columns, &theta, DataPart::Seen)?;
         }
         Some((fitting, theta))
     }
@@ -95,24 +89,18 @@ impl<'a, M: LogModel> Fitting<'a, M> {
             (pass, left)
         };
         let starts = self.model.starts();
-        let of_column = |(column, values): &(usize, &[f64])| {
-            // one step from each tells which is worth more
-            let foreseen = values.iter().filter_map(|value| {
-                let mut start = theta.to_vec();
-                // Only differences of delays are seen: where one begins anew, the others do.
-                starts.iter().for_each(|(other, _)| start[*other] = 0.0);
-                start[*column] = *value;
-                let (pass, left) = cost(&start);
-                let equations = self.equations(&pass, &start, DataPart::Seen);
-                Some((left - step(&equations, columns, &start, &self.positive)?.gain, start))
-            });
-            let (_, start) = foreseen.min_by(|a, b| a.0.total_cmp(&b.0))?;
-            let moved = self.solve_possible(columns, &start)?;
-            Some((cost(&moved).1, moved))
-        };
-        let reached = starts.iter().filter_map(of_column);
-        let (least, moved) = reached.min_by(|a, b| a.0.total_cmp(&b.0))?;
-        (least < cost(theta).1 - CLEARLY).then_some(moved)
+        let starts = starts.iter().flat_map(|(column, values)| values.iter().map(move |value| (*column, *value)));
+        // one step from each tells which is worth more
+        let foreseen = starts.filter_map(|(column, value)| {
+            let mut start = theta.to_vec();
+            start[column] = value;
+            let (pass, left) = cost(&start);
+            let fit = linear::fit(&self.equations(&pass, &start, DataPart::Seen), columns, &[])?;
+            Some((left - fit.gain, start))
+        });
+        let (_, start) = foreseen.min_by(|a, b| a.0.total_cmp(&b.0))?;
+        let moved = self.solve(columns, &start, DataPart::Seen)?;
+        (cost(&moved).1 < cost(theta).1 - CLEARLY).then_some(moved)
     }
 
     /// Whether a block belongs to a part.
@@ -221,21 +209,6 @@ impl<'a, M: LogModel> Fitting<'a, M> {
 
     /// Fits the `free` columns on a part from `start`; the others stay.
     pub fn solve(&self, free: &[usize], start: &[f64], part: DataPart) -> Option<Vec<f64>> {
-        self.descend(free, start, part, &[])
-    }
-
-    /// The same on the data that fit and choose, with no column negative that cannot be: a late heading and early fixes
-    /// displace the track alike.
-    fn solve_possible(&self, free: &[usize], start: &[f64]) -> Option<Vec<f64>> {
-        self.descend(free, start, DataPart::Seen, &self.positive)
-    }
-
-    /// Whether the joint fit would have all of these columns negative that cannot be.
-    pub fn is_impossible(&self, columns: &[usize], joint: &[f64]) -> bool {
-        columns.iter().all(|column| joint[*column] == 0.0 && self.positive.contains(column))
-    }
-
-    fn descend(&self, free: &[usize], start: &[f64], part: DataPart, positive: &[usize]) -> Option<Vec<f64>> {
         /// A step below this many sigmas changes nothing that matters.
         const SMALL: f64 = 0.01;
         const ROUNDING: f64 = 1e-9;
@@ -247,11 +220,11 @@ impl<'a, M: LogModel> Fitting<'a, M> {
         let mut pass = self.pass(&self.model.rows(&theta), &[]);
         let mut cost = self.cost(&pass, &theta, part);
         for _ in 0..STEPS {
-            let step = step(&self.equations(&pass, &theta, part), free, &theta, positive)?;
+            let fit = linear::fit(&self.equations(&pass, &theta, part), free, &[])?;
             let mut share = 1.0;
-            let better = loop {
+            let step = loop {
                 let mut moved = theta.clone();
-                for (column, step, _) in &step.moves {
+                for (column, step) in free.iter().zip(&fit.theta) {
                     moved[*column] += share * step;
                 }
                 let fresh = self.pass(&self.model.rows(&moved), &[]);
@@ -264,9 +237,9 @@ impl<'a, M: LogModel> Fitting<'a, M> {
                     break None;
                 }
             };
-            let Some((moved, fresh, fresh_cost)) = better else { break };
+            let Some((moved, fresh, fresh_cost)) = step else { break };
             (theta, pass, cost) = (moved, fresh, fresh_cost);
-            if step.moves.iter().all(|(_, step, sigma)| step.abs() <= SMALL * sigma) {
+            if fit.theta.iter().enumerate().all(|(i, step)| step.abs() < SMALL * fit.sigma(i)) {
                 break;
             }
         }
@@ -282,29 +255,5 @@ impl<'a, M: LogModel> Fitting<'a, M> {
         let covariance = linear::fit(equations, free, &[])?.covariance;
         let at = Fit { gain: 0.0, theta: vec![0.0; free.len()], covariance };
         Some(linear::sigmas(&pass.normal, self.is_in(DataPart::Seen), free, &at, &[]))
-    }
-}
-
-/// A step of Gauss and Newton.
-struct Move {
-    /// Column, step and one sigma.
-    moves: Vec<(usize, f64, f64)>,
-    /// By how much the cost falls, if the rows are linear.
-    gain: f64,
-}
-
-/// From θ with `free` columns; those of `positive` that would become negative go to zero and stay there.
-fn step(equations: &NormalEquations, free: &[usize], theta: &[f64], positive: &[usize]) -> Option<Move> {
-    let (mut free, mut held) = (free.to_vec(), Vec::new());
-    loop {
-        let fit = linear::fit(equations, &free, &held)?;
-        let below = |(column, step): (&usize, &f64)| positive.contains(column) && theta[*column] + step < 0.0;
-        let Some(place) = free.iter().zip(&fit.theta).position(below) else {
-            let of_free = free.iter().enumerate().map(|(i, column)| (*column, fit.theta[i], fit.sigma(i)));
-            let of_held = held.iter().map(|(column, step)| (*column, *step, 0.0));
-            return Some(Move { moves: of_free.chain(of_held).collect(), gain: fit.gain });
-        };
-        let column = free.remove(place);
-        held.push((column, -theta[column]));
     }
 }

@@ -157,8 +157,7 @@ fn choose<M: LogModel>(
     let rows = model.rows(joint);
     let linear = Linearised::new(fitting, joint, fitting.pass(&rows, &[]));
     let most = seen_blocks / BLOCKS_A_NUMBER;
-    let possible = |h: &&Hypothesis| !fitting.is_impossible(&h.free, joint);
-    let mut chosen: Vec<Hypothesis> = all.iter().filter(possible).cloned().collect();
+    let mut chosen: Vec<Hypothesis> = all.to_vec();
     let round = Round { ladder: ladder(&linear, all, &calibrated), events: Vec::new(), tried: all.len() };
     prune(&linear, &mut chosen, &calibrated, tried);
     let (mut refused, mut barred): (Vec<Refused>, Vec<&'static str>) = (Vec::new(), Vec::new());

@@ -73,12 +73,7 @@ impl DeadReckoning {
 
     /// The way of a leg over ground, m; adds its derivatives.
     fn way(&self, leg: &Leg, theta: &[f64], by: &mut Slopes) -> [f64; 2] {
-        // The heading of now is read a delay later.
-        let (read_rad, turn_radps) = match theta[LAG] {
-            0.0 => (leg.heading_rad, leg.turned_rad / leg.dt_s),
-            late_s => self.track.heading(leg, leg.t_s - 0.5 * leg.dt_s + late_s),
-        };
-        let psi = self.heading_rad(read_rad, theta);
+        let psi = self.heading_rad(leg.heading_rad, theta) + theta[LAG] * leg.turned_rad / leg.dt_s;
         let (sin, cos) = psi.sin_cos();
         let (ahead, starboard) = ([cos, sin], [-sin, cos]);
         let scale = 1.0 + theta[SCALE];
@@ -111,7 +106,7 @@ impl DeadReckoning {
             }
             slopes[SCALE] -= way[axis] / scale;
             slopes[YAW] += across[axis];
-            slopes[LAG] += turn_radps * across[axis];
+            slopes[LAG] += leg.turned_rad / leg.dt_s * across[axis];
             // Of a DVL's arm the reckoning has too much.
             slopes[DVL_ARM] -= turn[0];
             slopes[DVL_ARM + 1] -= turn[1];
@@ -136,41 +131,22 @@ impl LogModel for DeadReckoning {
         let mut legs = 0;
         let mut rows = Vec::with_capacity(2 * self.track.fixes.len());
         for fix in &self.track.fixes {
-            let (under_way, share) = self.track.when(fix, theta[FIX_DELAY]);
-            for leg in &self.track.legs[legs..under_way.unwrap_or(fix.legs)] {
+            for leg in &self.track.legs[legs..fix.legs] {
                 let way = self.way(leg, theta, &mut slopes);
                 (0..2).for_each(|axis| moved[axis] += way[axis]);
             }
-            legs = under_way.unwrap_or(fix.legs);
-            // Where the vehicle was when it was where the fix says.
-            let (mut at_m, mut by) = (moved, slopes);
-            let (heading_rad, velocity_mps, r_radps) = match under_way.map(|place| &self.track.legs[place]) {
-                Some(leg) => {
-                    let mut of_leg: Slopes = [[0.0; COLUMNS]; 2];
-                    let way = self.way(leg, theta, &mut of_leg);
-                    for axis in 0..2 {
-                        at_m[axis] += share * way[axis];
-                        by[axis].iter_mut().zip(of_leg[axis]).for_each(|(by, of_leg)| *by += share * of_leg);
-                    }
-                    let heading_rad = leg.heading_rad + (share - 0.5) * leg.turned_rad;
-                    (self.heading_rad(heading_rad, theta), way.map(|way| way / leg.dt_s), leg.turned_rad / leg.dt_s)
-                }
-                None => {
-                    let heading_rad = self.heading_rad(fix.heading_rad, theta);
-                    let ((sin, cos), [u, v]) = (heading_rad.sin_cos(), fix.velocity_mps);
-                    let velocity = [u * cos - v * sin + theta[CURRENT], u * sin + v * cos + theta[CURRENT + 1]];
-                    (heading_rad, velocity, 0.0)
-                }
-            };
-            let (sin, cos) = heading_rad.sin_cos();
+            legs = fix.legs;
+            let (sin, cos) = self.heading_rad(fix.heading_rad, theta).sin_cos();
+            let [u, v] = fix.velocity_mps;
+            let [x, y] = [theta[ARM], theta[ARM + 1]];
             let by_arm = [[cos, -sin], [sin, cos]];
-            let arm = by_arm.map(|by| by[0] * theta[ARM] + by[1] * theta[ARM + 1]);
-            let swing_mps = [-r_radps * arm[1], r_radps * arm[0]];
+            let speed = [u * cos - v * sin + theta[CURRENT], u * sin + v * cos + theta[CURRENT + 1]];
             for (axis, channel) in [ResidualChannel::GnssX, ResidualChannel::GnssY].into_iter().enumerate() {
-                let mut slopes = by[axis].to_vec();
+                let mut slopes = slopes[axis].to_vec();
                 (slopes[ARM], slopes[ARM + 1]) = (by_arm[axis][0], by_arm[axis][1]);
-                slopes[FIX_DELAY] = -velocity_mps[axis] - swing_mps[axis];
-                let residual = fix.at_m[axis] - at_m[axis] - arm[axis];
+                slopes[FIX_DELAY] = -speed[axis];
+                let off = by_arm[axis][0] * x + by_arm[axis][1] * y - theta[FIX_DELAY] * speed[axis];
+                let residual = fix.at_m[axis] - moved[axis] - off;
                 rows.push(Row { t_s: fix.t_s, channel, sequence: fix.sequence, residual, slopes });
             }
         }
@@ -207,11 +183,10 @@ impl LogModel for DeadReckoning {
         vec![("a current that grows with time", vec![GROWTH, GROWTH + 1])]
     }
 
-    /// Of a delay longer than velocity and course keep their values the slope at none says nothing.
+    /// Of a delay longer than the velocity keeps its value the slope at none says nothing.
     fn starts(&self) -> Vec<(usize, &'static [f64])> {
         const DELAYS_S: [f64; 5] = [0.5, 1.0, 1.5, 2.5, 4.0];
-        let of_dvl = self.has_dvl.then_some((DVL_DELAY, &DELAYS_S[..]));
-        of_dvl.into_iter().chain([(FIX_DELAY, &DELAYS_S[..]), (LAG, &DELAYS_S[..])]).collect()
+        self.has_dvl.then_some((DVL_DELAY, &DELAYS_S[..])).into_iter().collect()
     }
 
     fn runs(&self) -> Vec<[f64; 2]> {

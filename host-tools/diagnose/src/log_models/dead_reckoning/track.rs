@@ -17,8 +17,6 @@ pub(super) struct Velocities {
     t_s: Vec<f64>,
     mps: Vec<[f64; 2]>,
     sum_m: Vec<[f64; 2]>,
-    /// The first of their legs, and the one behind the last.
-    legs: [usize; 2],
 }
 
 impl Velocities {
@@ -76,8 +74,6 @@ pub(super) struct Leg {
 pub(super) struct Fix {
     pub t_s: f64,
     pub sequence: u32,
-    /// Among which readings of the velocity it lies.
-    pub velocities: usize,
     /// Legs before it.
     pub legs: usize,
     pub at_m: [f64; 2],
@@ -108,30 +104,6 @@ const APART: usize = SECTORS / 10;
 const FLOWN_SHARE: f64 = 0.05;
 
 impl Track {
-    /// The leg in which the vehicle was `late_s` before a fix, among the same readings, and the share of the leg behind it
-    /// then; beyond them the first or the last leg goes on. `None` before any leg.
-    pub fn when(&self, fix: &Fix, late_s: f64) -> (Option<usize>, f64) {
-        let first = self.velocities.get(fix.velocities).map_or(fix.legs, |of| of.legs[0]);
-        let Some(last) = self.legs.get(first..fix.legs).and_then(<[Leg]>::last) else { return (None, 0.0) };
-        let (place, share) = self.leg_at([first, fix.legs], last.t_s - late_s);
-        (Some(place), share)
-    }
-
-    /// Heading at a time, rad, and its rate, rad/s, among the readings of a leg; beyond them the first or the last leg
-    /// goes on.
-    pub fn heading(&self, leg: &Leg, t_s: f64) -> (f64, f64) {
-        let (place, share) = self.leg_at(self.velocities[leg.velocities].legs, t_s);
-        let at = &self.legs[place];
-        (at.heading_rad + (share - 0.5) * at.turned_rad, at.turned_rad / at.dt_s)
-    }
-
-    /// The leg of a time among legs of one sequence, at least one, and the share of it that is over then.
-    fn leg_at(&self, [first, end]: [usize; 2], t_s: f64) -> (usize, f64) {
-        let own = &self.legs[first..end];
-        let place = own.partition_point(|leg| leg.t_s < t_s).min(own.len() - 1);
-        (first + place, 1.0 + (t_s - own[place].t_s) / own[place].dt_s)
-    }
-
     /// In how many different directions the vehicle went.
     pub fn directions(&self) -> usize {
         let mut counts = [0_usize; SECTORS];
@@ -211,11 +183,10 @@ pub(super) fn of(log: &Log, has_dvl: bool, truth: Option<&Truth>) -> Track {
                     distance_m += mean_mps[0].hypot(mean_mps[1]) * dt_s;
                     let velocities = track.velocities.len().saturating_sub(1);
                     track.legs.push(Leg { t_s, dt_s, velocities, heading_rad, turned_rad });
-                    track.velocities[velocities].legs[1] = track.legs.len();
                 }
             }
             if last.is_none_or(|(before_s, ..)| t_s - before_s > LONGEST_GAP_S) {
-                track.velocities.push(Velocities { legs: [track.legs.len(); 2], ..Velocities::default() });
+                track.velocities.push(Velocities::default());
             }
             if let Some(velocities) = track.velocities.last_mut()
                 && last.is_none_or(|(before_s, ..)| t_s > before_s)
@@ -231,9 +202,7 @@ pub(super) fn of(log: &Log, has_dvl: bool, truth: Option<&Truth>) -> Track {
         }
         let truth_m = truth.and_then(|truth| truth.at(row.time_us)).map(|row| [row.state[0], row.state[1]]);
         let legs = track.legs.len();
-        let velocities = track.velocities.len().saturating_sub(1);
-        let read = Fix { t_s, sequence, velocities, legs, at_m, truth_m, heading_rad, velocity_mps, distance_m };
-        track.fixes.push(read);
+        track.fixes.push(Fix { t_s, sequence, legs, at_m, truth_m, heading_rad, velocity_mps, distance_m });
     }
     track
 }

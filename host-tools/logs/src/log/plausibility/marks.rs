@@ -49,8 +49,7 @@ fn mark(log: &Log, summary: &ColumnSummary) -> Option<(f64, usize)> {
 mod tests {
     use super::super::Examination;
     use super::*;
-    use crate::log::Column;
-    use crate::log::LogRow;
+    use crate::log::{Column, LogRow};
 
     /// A DVL that loses the bottom for a third of the time and says so by 25.032 m/s astern, beside a clean heave.
     #[test]
