@@ -287,10 +287,12 @@ impl<P: Ports> Client<P> {
     /// When it does not answer.
     pub fn has_key(&mut self) -> Result<bool, BackseatError> {
         self.send(&ToBoard::KeyBegin)?;
-        self.receive(|message| match message {
-            FromBoard::Key { set } => Some(set),
+        let answer = self.receive(|message| match message {
+            FromBoard::Key { set } => Some(Ok(set)),
+            FromBoard::Refused(refusal @ Refusal::Forged) => Some(Err(refusal)),
             _ => None,
-        })
+        })?;
+        answer.map_err(|refusal| BackseatError::Refused { request: "the key".into(), refusal })
     }
 
     /// Sets parameters as one transaction.

@@ -251,6 +251,9 @@ impl Board {
             Err(BackseatError::Refused { .. }) if count > MAX_WAYPOINTS => {
                 bail!("{count} waypoints; a board stores {MAX_WAYPOINTS} at most, and has no mission now")
             }
+            Err(error @ BackseatError::Refused { refusal: Refusal::Unsigned | Refusal::Forged, .. }) => {
+                Err(self.failed(&error))
+            }
             Err(BackseatError::Refused { request, refusal }) => {
                 bail!("the board refused {request}: {}; it has no mission now", reason(refusal))
             }

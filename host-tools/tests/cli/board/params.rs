@@ -90,10 +90,44 @@ fn the_key_is_set_and_never_shown() {
         assert!(!text.contains("915f") && !text.contains("53ba"), "{text}");
     }
     assert!(!exported.contains("acoustic_key"), "nothing that an import could take for one");
-    bench.good(&["params", "import", "PORT", "x.toml"]);
+    bench.good(&["params", "import", "PORT", "x.toml", "--key", "ship.key"]);
     assert_eq!(bench.json(&["params", "get", "PORT", "app"])["app.acoustic_key"], "set");
-    bench.good(&["params", "set", "PORT", "app.acoustic_key=none"]);
+    bench.good(&["params", "set", "PORT", "app.acoustic_key=none", "--key", "ship.key"]);
     assert_eq!(bench.json(&["params", "get", "PORT", "app.acoustic_key"])["app.acoustic_key"], "not set");
+}
+
+/// A board with a key: without it, and with another, nothing changes, and the command says what to do.
+#[test]
+fn what_changes_a_flight_is_signed_by_the_key() {
+    let bench = Bench::new();
+    bench.write("ship.key", "915f0e33d477a2681ce94b86f02d53ba\n");
+    bench.write("new.key", "000102030405060708090a0b0c0d0e0f\n");
+    bench.write("m.toml", "[[mission.waypoints]]\nx_m = 9.0\ny_m = 0.0\ndepth_m = 2.0\nspeed_mps = 1.0\n");
+    bench.good(&["params", "set", "PORT", "app.acoustic_key=@ship.key"]);
+    let demands: [&[&str]; 7] = [
+        &["params", "set", "PORT", "vehicle.mass_kg=38.5"],
+        &["params", "set", "PORT", "app.acoustic_key=@new.key"],
+        &["params", "set", "PORT", "app.acoustic_key=none"],
+        &["params", "store", "PORT"],
+        &["mission", "put", "PORT", "m.toml"],
+        &["mission", "start", "PORT"],
+        &["mission", "stop", "PORT"],
+    ];
+    for demand in demands {
+        let line = bench.complaint(demand);
+        assert!(line.contains("--key FILE"), "{demand:?}: {line}");
+        let line = bench.complaint(&[demand, &["--key", "new.key"]].concat());
+        assert!(line.contains("its key is another than the one given"), "{demand:?}: {line}");
+    }
+    assert_eq!(bench.value("vehicle.mass_kg"), 38.0);
+    let check = bench.run(&["check", "PORT"]).stdout;
+    assert!(check.contains("14 requests refused that were not signed"), "{check}");
+    bench.good(&["params", "set", "PORT", "vehicle.mass_kg=38.5", "--key", "ship.key"]);
+    bench.good(&["mission", "put", "PORT", "m.toml", "--key", "ship.key"]);
+    bench.good(&["params", "set", "PORT", "app.acoustic_key=@new.key", "--key", "ship.key"]);
+    bench.good(&["mission", "stop", "PORT", "--key", "new.key"]);
+    assert!(bench.complaint(&["mission", "stop", "PORT", "--key", "ship.key"]).contains("another than the one given"));
+    assert!(bench.complaint(&["mission", "stop", "PORT", "--key", "m.toml"]).contains("32 hexadecimal digits"));
 }
 
 #[test]
