@@ -328,6 +328,7 @@ def lock_step(image, options):
         ports.append((usart, ours, os.ttyname(theirs), waiting := bytearray()))
         usart.on_byte, usart.haste = waiting.append, HASTE
     paths = ",".join(path for _, _, path, _ in ports)
+    machine.run_for(START_S)  # what comes earlier is lost
     with subprocess.Popen([*flight, "--backseat", paths], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as simulator:
         while simulator.poll() is None:
             machine.run_for(0.002)
