@@ -60,7 +60,8 @@ struct Done {
 pub fn run(args: &Args) -> anyhow::Result<()> {
     let mut paths = Vec::new();
     logs_in(&args.folder, &mut paths)?;
-    let (mut jobs, mut refused): (Vec<(Key, Log)>, Vec<(String, String)>) = (Vec::new(), Vec::new());
+    let mut jobs: Vec<(Key, Log)> = Vec::new();
+    let mut refused: Vec<(String, String)> = Vec::new();
     for path in paths {
         // A folder of logs holds other tables as well.
         let Ok(imported) = importers::read(&path) else { continue };
