@@ -12,9 +12,11 @@ use backseat_core::navigation::{Area, Declared, ProcessModel};
 use backseat_diagnose::log_effects::Effects;
 use backseat_diagnose::proposal;
 use backseat_diagnose::regressors::{Proposed, Target};
+use backseat_diagnose::torpedo;
 use backseat_estimation::dead_reckoning::{self, Method};
 use backseat_estimation::filter::{self, FilterOptions, Health, ShipSource};
 use backseat_estimation::inputs;
+use backseat_identify::short_runs::recording;
 use backseat_logs::plausible_noise::{Carrier, most_position_error_m};
 use backseat_logs::stats::rms;
 use backseat_logs::{Log, Truth, VehicleFile};
@@ -118,9 +120,25 @@ pub fn compute<'a>(
     settings: &Settings,
 ) -> anyhow::Result<NavigationResult<'a>> {
     let began = Instant::now();
-    let vehicle = &declared.cloned().unwrap_or_else(VehicleFile::reference);
-    let log = inputs::at_centre(&read.log, &vehicle.installation);
+    let mut vehicle = declared.cloned().unwrap_or_else(VehicleFile::reference);
+    let mut log = inputs::at_centre(&read.log, &vehicle.installation);
     let mut notes = log.notes.clone();
+    if torpedo::is_for(&log) && log.runs.len() <= 1 {
+        if let Some((of_run, name)) = torpedo::configurations::vehicle_of(&log, &vehicle) {
+            notes.push(format!("the vehicle as it was configured for {name}"));
+            vehicle = of_run;
+        }
+        if let Some(dive) = recording::dive(&log).filter(|dive| dive.len() < log.rows.len()) {
+            notes.push(format!(
+                "{} rows before and after the dive are left out: the vehicle floats there, or is carried",
+                log.rows.len() - dive.len()
+            ));
+            let log = log.to_mut();
+            log.rows.truncate(dive.end);
+            log.rows.drain(..dive.start);
+        }
+    }
+    let vehicle = &vehicle;
     let plan = plan(settings, &log, vehicle, &mut notes);
     let estimate = estimate(&plan, &log, vehicle)?;
     let wall_s = read.read_s + began.elapsed().as_secs_f64();

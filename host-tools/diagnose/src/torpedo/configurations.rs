@@ -1,7 +1,9 @@
 //! Which runs were flown alike, by their settings: those of the fins' calibration, and which settings there are at all.
 
-use backseat_identify::short_runs::Run;
+use backseat_identify::short_runs::model::add_to_plant;
+use backseat_identify::short_runs::{Run, runs};
 use backseat_logs::short_runs::{Configuration, OF_CONFIGURATION, ShortRuns, Value};
+use backseat_logs::{Log, VehicleFile};
 
 /// Settings whose value makes another vehicle of it; gains and limits of a controller do not.
 const OF_THE_HULL: [&str; 2] = ["fins.", "ahrs."];
@@ -98,6 +100,21 @@ pub fn assign(runs: &mut [Run], declared: Option<&ShortRuns>) -> Vec<String> {
         }
     }
     notes
+}
+
+/// The vehicle as the runs of a log had it, with the name of their configuration; `None`: the file has but one, or the runs
+/// are of several.
+#[must_use]
+pub fn vehicle_of(log: &Log, declared: &VehicleFile) -> Option<(VehicleFile, String)> {
+    let known = declared.short_runs.as_ref().filter(|known| known.configurations.len() > 1)?;
+    let mut runs = runs(log);
+    assign(&mut runs, Some(known));
+    let place = runs.first()?.configuration;
+    let configuration =
+        known.configurations.get(place).filter(|_| runs.iter().all(|run| run.configuration == place))?;
+    let mut vehicle = declared.clone();
+    add_to_plant(&mut vehicle.parameters, &configuration.values.map(|value| value.value));
+    Some((vehicle, configuration.name.clone()))
 }
 
 #[cfg(test)]

@@ -1,11 +1,10 @@
 //! Which effects the runs show: all are fitted, those that no run needs are taken out one by one, and those that stay are
-//! added again in the order of what each gains, with predictions of each run by a fit to the
-//! others.
+//! added again in the order of what each gains, with predictions of each run by a fit to the others.
 
 use super::entries::{ENTRIES, Entry, MOTOR_STOP};
 use super::torque::{DELAY, EFFECT as TORQUE, Torque};
 use super::{configurations, textbook};
-use backseat_identify::short_runs::predict::{CHANNELS, Squares, open_loop};
+use backseat_identify::short_runs::predict::{Squares, open_loop};
 use backseat_identify::short_runs::recording::{Wanted, windows};
 use backseat_identify::short_runs::unknowns::{Place, coefficients, into_vehicle, of_effect};
 use backseat_identify::short_runs::{self, Draft, Fit, Problem, Run, Unknown};
@@ -174,7 +173,9 @@ pub fn diagnose(
         for is_by_runs in [false, true] {
             loop {
                 let excess = |effect: &&'static str| {
-                    if has_asked_stops && *effect != DELAY {
+                    if is_on_limit(&selected, effect) {
+                        f64::NEG_INFINITY // it stands for something else
+                    } else if has_asked_stops && *effect != DELAY {
                         f64::INFINITY // the runs have been asked
                     } else if is_by_runs {
                         evidence(&selected, effect) - needed
@@ -256,6 +257,7 @@ pub fn diagnose(
     let of_others = |run: usize| base.with(&selected.problem.unknowns, &selected.fit.without(run));
     let without = (0..runs.len()).map(of_others).collect();
     let mut vehicle = into_vehicle(&vehicle, &draft, &configurations);
+    textbook::set_noise(&mut vehicle, &runs, &draft.models().map_err(|error| error.to_string())?);
     vehicle.app = textbook::of_board(&runs, &vehicle, draft.dvl.scale);
     vehicle.name = format!("{}-runs", declared.name);
     set_intervals(&mut vehicle, &found);
@@ -315,6 +317,13 @@ fn evidence(selected: &Selected<'_>, effect: &str) -> f64 {
         .filter(|(_, unknown)| unknown.effect == effect)
         .map(|(place, _)| selected.fit.values[place].abs() / sigmas[place])
         .fold(0.0, f64::max)
+}
+
+/// Whether a number of an effect has run to the end of its range.
+fn is_on_limit(selected: &Selected<'_>, effect: &str) -> bool {
+    let (unknowns, values) = (&selected.problem.unknowns, &selected.fit.values);
+    let draft = selected.problem.base.with(unknowns, values);
+    unknowns.iter().any(|unknown| unknown.effect == effect && draft.is_on_limit(unknown.place))
 }
 
 /// Cost that an effect takes away beside all others, to second order: its values over their covariance.
@@ -486,7 +495,4 @@ impl Step {
         let of = of.filter(|(run, _)| configuration.is_none_or(|wanted| run.configuration == wanted));
         of.fold(Squares::default(), |sum, (_, squares)| sum.plus(&squares[horizon])).rms(channel)
     }
-
-    /// Number of channels.
-    pub const CHANNELS: usize = CHANNELS.len();
 }

@@ -8,7 +8,7 @@ use super::model::{Dvl, RunModel};
 use super::predict::{CHANNELS, errors};
 use super::recording::{Run, Wanted, Window, windows};
 use super::start::{OPEN, measured_state, moved};
-use super::unknowns::{Draft, Unknown};
+use super::unknowns::{Draft, Place, SPREAD, Unknown};
 use backseat_core::state::VehicleState;
 use backseat_logs::interrupt;
 use nalgebra::{DMatrix, DVector, SMatrix, SVector};
@@ -154,15 +154,33 @@ impl Problem<'_> {
         }
         let (normal, cost) = last?;
         let covariance = normal.clone().cholesky()?.inverse();
-        let prior_share = self
-            .unknowns
-            .iter()
-            .enumerate()
-            .map(|(i, unknown)| (covariance[(i, i)] / unknown.sigma.powi(2)).clamp(0.0, 1.0))
-            .collect();
+        let by_prior = self.precision().cholesky()?.inverse();
+        let prior_share = (0..values.len()).map(|i| (covariance[(i, i)] / by_prior[(i, i)]).clamp(0.0, 1.0)).collect();
         let parts = self.parts(&values, &at_end)?;
         let values = values.iter().copied().collect();
         Some(Fit { values, covariance, prior_share, cost, information: normal, parts })
+    }
+
+    fn prior(&self) -> DVector<f64> {
+        DVector::from_iterator(self.unknowns.len(), self.unknowns.iter().map(|unknown| unknown.prior))
+    }
+
+    /// Inverse covariance of the prior: of each unknown, and of what a term differs by between two configurations.
+    fn precision(&self) -> DMatrix<f64> {
+        let of_each = self.unknowns.iter().map(|unknown| unknown.sigma.powi(-2));
+        let mut precision = DMatrix::from_diagonal(&DVector::from_iterator(self.unknowns.len(), of_each));
+        for (i, one) in self.unknowns.iter().enumerate() {
+            for (j, other) in self.unknowns.iter().enumerate().take(i) {
+                if let (Place::Of(term, _), Place::Of(same, _)) = (one.place, other.place)
+                    && term == same
+                {
+                    let weight = SPREAD[term].powi(-2);
+                    [(i, i), (j, j)].into_iter().for_each(|own| precision[own] += weight);
+                    [(i, j), (j, i)].into_iter().for_each(|pair| precision[pair] -= weight);
+                }
+            }
+        }
+        precision
     }
 
     /// What each run says at the values.
@@ -202,6 +220,7 @@ impl Problem<'_> {
     /// Steps until the cost settles; the normal matrix and the cost at the end.
     fn iterate(&self, values: &mut DVector<f64>, shots: &mut [Shot]) -> Option<(DMatrix<f64>, f64)> {
         let count = self.unknowns.len();
+        let (precision, prior) = (self.precision(), self.prior());
         let mut damping = 1e-2;
         let mut cost = self.cost(values, shots, None)?;
         let mut normal = DMatrix::zeros(count, count);
@@ -215,11 +234,8 @@ impl Problem<'_> {
                 normal += of_window;
                 gradient += by_window;
             }
-            for (i, unknown) in self.unknowns.iter().enumerate() {
-                let weight = unknown.sigma.powi(-2);
-                normal[(i, i)] += weight;
-                gradient[i] += weight * (unknown.prior - values[i]);
-            }
+            normal += &precision;
+            gradient -= &precision * (&*values - &prior);
             let before = cost;
             let mut has_improved = false;
             for _ in 0..ATTEMPTS {
@@ -349,13 +365,8 @@ impl Problem<'_> {
                 data / CORRELATED + prior
             })
             .collect();
-        let prior: f64 = self
-            .unknowns
-            .iter()
-            .zip(values.iter())
-            .map(|(unknown, value)| ((value - unknown.prior) / unknown.sigma).powi(2))
-            .sum();
-        let cost = each.iter().sum::<f64>() + prior;
+        let off = values - self.prior();
+        let cost = each.iter().sum::<f64>() + off.dot(&(self.precision() * &off));
         cost.is_finite().then_some(cost)
     }
 }

@@ -58,7 +58,7 @@ pub struct Reading {
 }
 
 /// What a configuration adds to the plant.
-pub(crate) fn add_to_plant(plant: &mut VehicleParameters, of_configuration: &[f64; OF_CONFIGURATION.len()]) {
+pub fn add_to_plant(plant: &mut VehicleParameters, of_configuration: &[f64; OF_CONFIGURATION.len()]) {
     let [k_uu, m_uu, n_uu, b_x_m, b_y_m, buoyancy_kg, rudder_gain] = of_configuration;
     plant.moment_uu.iter_mut().zip([k_uu, m_uu, n_uu]).for_each(|(moment, add)| *moment += add);
     plant.b_cb_to_cg_m[0] += b_x_m;

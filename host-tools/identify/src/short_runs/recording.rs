@@ -8,6 +8,8 @@ use backseat_logs::log::{Column, Log, LogRow};
 const PAUSE_S: f64 = 1.5;
 /// A motor that turns slower does not drive, rad/s.
 const POWERED_RADPS: f64 = 10.0;
+/// Deeper than this a vehicle has left the surface, m.
+const DIVED_M: f64 = 0.5;
 /// Samples closer together than this are thinned out, s: no mode of a torpedo needs more, and the fit costs less.
 const THIN_S: f64 = 0.18;
 
@@ -108,6 +110,17 @@ impl<T: Copy> Held<T> {
     fn at(&self, t_s: f64) -> Option<T> {
         self.value.filter(|_| t_s - self.time_s <= 1.0)
     }
+}
+
+/// Rows of a log from the first to the last under water, if it was driven there: before and after it the vehicle floats or
+/// is carried.
+#[must_use]
+pub fn dive(log: &Log) -> Option<core::ops::Range<usize>> {
+    let is_under = |row: &LogRow| row.get(Column::Depth).is_some_and(|depth_m| depth_m > DIVED_M);
+    let is_driven = |row: &LogRow| row.actuators().is_some_and(|input| input.propeller_radps.abs() > POWERED_RADPS);
+    let first = log.rows.iter().position(|row| is_under(row) && is_driven(row))?;
+    let last = log.rows.iter().rposition(is_under)?;
+    Some(first..last + 1)
 }
 
 /// What a stretch has to be.

@@ -122,3 +122,24 @@ fn each_stop_of_the_motor_shows_the_torque_by_itself() {
     let [mean, _] = arm(0.0).mean().unwrap();
     assert!(mean.abs() < 0.02, "{mean} where there is none");
 }
+
+#[test]
+fn a_configuration_without_runs_has_the_trim_of_the_other_and_no_moment() {
+    let vehicle = VehicleFile::reference();
+    let mut truth = Draft::of(&vehicle, 1);
+    truth.configurations[0][3] = 0.003;
+    let runs = flown(&truth, 4);
+    let mut unknowns = of_effect("pitch_trim", 2);
+    unknowns.extend(of_effect("speed_moment", 2));
+    let problem = Problem { runs: &runs, base: Draft::of(&vehicle, 2), unknowns };
+    let start = vec![0.0; problem.unknowns.len()];
+    let fit = problem.fit(&|_| true, &start, &[10.0]).unwrap();
+    let of = |name: &str| {
+        let place = problem.unknowns.iter().position(|unknown| unknown.name == name).unwrap();
+        (fit.values[place], fit.prior_share[place])
+    };
+    let ((own_m, _), (other_m, _)) = (of("b_x_m[0]"), of("b_x_m[1]"));
+    assert!((own_m - 0.003).abs() < 5e-4 && (other_m - own_m).abs() < 1e-4, "{own_m} and {other_m} m");
+    let (moment, prior_share) = of("m_uu[1]");
+    assert!(moment.abs() < 1e-3 && prior_share > 0.99, "{moment} N s^2/m, of which the prior gives {prior_share}");
+}

@@ -151,6 +151,17 @@ impl Draft {
         let of = self.configurations.iter().flat_map(|terms| OF_CONFIGURATION.iter().zip(*terms));
         common.chain(of).find(|(term, value)| !(term.min..=term.max).contains(value)).map(|(term, _)| term.name)
     }
+
+    /// Whether a number has run to an end of its range.
+    #[must_use]
+    pub fn is_on_limit(&self, place: Place) -> bool {
+        let placed = match place {
+            Place::Common(term) => Some((&COMMON[term], self.common[term])),
+            Place::Of(term, of) => self.configurations.get(of).map(|terms| (&OF_CONFIGURATION[term], terms[term])),
+            _ => None,
+        };
+        placed.is_some_and(|(term, value)| (value - term.min).min(term.max - value) < 1e-2 * (term.max - term.min))
+    }
 }
 
 const fn mass(places: &'static [usize]) -> Place {
@@ -178,6 +189,12 @@ pub fn coefficients() -> Vec<Unknown> {
         of("ln b_z", Place::Metacentre, 1.2),
     ]
 }
+
+/// One sigma of what a term differs by between two configurations, in the order of [`OF_CONFIGURATION`]: hull and ballast
+/// are the same, a battery moves by a few mm; fins may stand off their zero by anything. Without it moments with u² and
+/// trims trade from day to day, which one speed does not forbid and another does.
+pub(super) const SPREAD: [f64; OF_CONFIGURATION.len()] = [ANY, ANY, ANY, 3e-4, 1e-4, 0.05, ANY];
+const ANY: f64 = 1e3;
 
 /// What an entry of the catalogue adds, for so many configurations.
 #[must_use]

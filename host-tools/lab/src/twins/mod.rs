@@ -59,7 +59,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
     else {
         return Ok(());
     };
-    let page = page::markdown(&twins, flown);
+    let page = page::markdown(&twins, args.first_seed, flown);
     if let Some(path) = &args.out {
         std::fs::write(path, &page).with_context(|| path.display().to_string())?;
     }
@@ -70,7 +70,7 @@ fn twin(seed: u64, wanted: Wanted, flown: usize) -> anyhow::Result<Twin> {
     let folder = tempfile::tempdir()?;
     let (runs, hidden) = runs::simulate(wanted, seed, flown);
     runs::write(&runs, &hidden, seed, folder.path())?;
-    Ok(Twin::of(seed, &hidden.effects, &found_in(folder.path())?))
+    Ok(Twin::of(&hidden.effects, &found_in(folder.path())?))
 }
 
 /// What is named in a folder of runs.

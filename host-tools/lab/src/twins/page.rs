@@ -8,7 +8,7 @@ use backseat_report::markdown::markdown_table;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
-pub fn markdown(twins: &[Twin], flown: usize) -> String {
+pub fn markdown(twins: &[Twin], first_seed: u64, flown: usize) -> String {
     let mut page = String::from("# Simulated twins of a torpedo's runs\n\n");
     let _ = writeln!(
         page,
@@ -57,7 +57,7 @@ pub fn markdown(twins: &[Twin], flown: usize) -> String {
     }
     let _ = writeln!(page, "{table}\n\n## Each data set\n");
     let mut table = markdown_table(["seed", "hidden", "named, strongest first", "first right"]);
-    for twin in twins {
+    for (seed, twin) in (first_seed..).zip(twins) {
         let hidden: Vec<String> = twin.hidden.iter().map(|(name, number)| format!("{name}: {number}")).collect();
         let first = match (twin.is_first_right(), twin.is_first_right_or_alike()) {
             (true, _) => "yes",
@@ -65,7 +65,7 @@ pub fn markdown(twins: &[Twin], flown: usize) -> String {
             _ => "no",
         };
         let or_nothing = |list: &[String]| if list.is_empty() { "-".to_owned() } else { list.join(", ") };
-        table.add_row([twin.seed.to_string(), or_nothing(&hidden), or_nothing(&twin.named), first.to_owned()]);
+        table.add_row([seed.to_string(), or_nothing(&hidden), or_nothing(&twin.named), first.to_owned()]);
     }
     let _ = writeln!(page, "{table}");
     wrapped(&page)

@@ -7,8 +7,6 @@ use serde::{Deserialize, Serialize};
 /// One data set.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Twin {
-    /// Its seed.
-    pub seed: u64,
     /// Effects hidden, with what they are in words.
     pub hidden: Vec<(String, String)>,
     /// Effects named, strongest first.
@@ -23,7 +21,7 @@ pub struct Twin {
 
 impl Twin {
     /// Compares what is named with what is hidden.
-    pub fn of(seed: u64, hidden: &[Effect], found: &[Found]) -> Self {
+    pub fn of(hidden: &[Effect], found: &[Found]) -> Self {
         let (mut sized, mut covered) = (0, 0);
         for effect in hidden {
             let (name, value) = effect.number;
@@ -38,7 +36,6 @@ impl Twin {
         let words = |effect: &Effect| (effect.name.to_owned(), format!("{} {:.3}", effect.number.0, effect.number.1));
         let first = found.first().map_or(&[][..], |found| &found.alike);
         Self {
-            seed,
             hidden: hidden.iter().map(words).collect(),
             named: found.iter().map(|found| found.entry.name.to_owned()).collect(),
             alike: first.iter().map(|(name, _)| (*name).to_owned()).collect(),
@@ -79,7 +76,6 @@ mod tests {
     #[test]
     fn a_twin_is_judged_by_its_first_name_and_by_what_is_not_there() {
         let twin = |hidden: &[&str], named: &[&str], alike: &[&str]| Twin {
-            seed: 1,
             hidden: hidden.iter().map(|name| ((*name).to_owned(), String::new())).collect(),
             named: named.iter().map(|name| (*name).to_owned()).collect(),
             alike: alike.iter().map(|name| (*name).to_owned()).collect(),

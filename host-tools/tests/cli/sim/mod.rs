@@ -5,4 +5,5 @@ mod dataset;
 mod flight;
 mod session;
 mod ship;
+mod short_runs;
 mod trial;
