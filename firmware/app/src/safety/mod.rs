@@ -81,7 +81,7 @@ pub struct SafetyFacts {
     pub depth_recent_m: f64,
     /// There is a fix of the antenna.
     pub has_fix: bool,
-    /// The surface is to bear witness: an alert limit in depth is declared, and fixes are used.
+    /// Depth is checked at the surface: an alert limit in depth is declared, and fixes are used.
     pub asks_surface: bool,
     /// What the pressure sensor says at the surface, waves averaged; `None` while it is not known, m.
     pub surface_m: Option<f64>,

@@ -186,7 +186,7 @@ impl SafetyMonitor {
     }
 }
 
-/// The surface is to bear witness of depth.
+/// Depth is checked at the surface.
 fn asks_surface(settings: &AppSettings) -> bool {
     settings.alert_depth_m > 0.0 && settings.use_gnss
 }

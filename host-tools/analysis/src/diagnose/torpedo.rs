@@ -68,6 +68,11 @@ pub fn compute(read: &ReadLog, declared: Option<&VehicleFile>) -> anyhow::Result
     let diagnosis = torpedo::diagnose(&read.log, &vehicle, Predictions::HeldOut, &mut |what| spinner.set(what))
         .map_err(|message| anyhow!("{}: {message}", read.log.path.display()))?;
     notes.extend(diagnosis.notes.iter().cloned());
+    if !diagnosis.found.is_empty() {
+        let candidates = "what is named is a candidate: in simulated folders of six runs more names were wrong than right \
+            (docs/results/torpedo_twins.md)";
+        notes.push(candidates.to_owned());
+    }
     let drifts = drifts(&diagnosis)?;
     Ok(RunsResult { diagnosis, drifts, notes })
 }

@@ -213,9 +213,9 @@ impl<M: LogModel> Described<'_, M> {
     }
 
     /// Columns without a name beside everything found, one after the other, best first.
-    pub fn nameless(&self, after: &Pass) -> Vec<NamedTerm> {
+    pub fn outside_catalogue(&self, after: &Pass) -> Vec<NamedTerm> {
         let linear = self.linearised(after);
-        let all = self.fitting.model.nameless();
+        let all = self.fitting.model.outside_catalogue();
         let mut others = columns(&self.places());
         let mut found: Vec<NamedTerm> = Vec::new();
         while found.len() < MOST_OUTSIDE {
@@ -245,7 +245,7 @@ impl<M: LogModel> Described<'_, M> {
             return None;
         }
         let (fitting, model) = (self.fitting, self.fitting.model);
-        let all = model.nameless();
+        let all = model.outside_catalogue();
         let own: Vec<Vec<usize>> = named
             .iter()
             .map(|term| all.iter().find(|(name, _)| *name == term.name).map_or_else(Vec::new, |(_, own)| own.clone()))

@@ -23,7 +23,7 @@ mod selection;
 
 pub use describe::NotNamed;
 pub use layout::Layout;
-pub use model::{Entry, LogModel, Measures, Nameless, Row, Unexplained, catalogue_range};
+pub use model::{Entry, LogModel, Measures, OutsideTerm, Row, Unexplained, catalogue_range};
 pub use noise::Noise;
 pub use runs::{MOST_RUNS, WINDS, estimate};
 pub use selection::{LogModelDiagnosis, run};

@@ -26,7 +26,7 @@ pub struct Row {
 /// An entry of the catalogue with the columns of θ that are its sizes.
 pub type Entry = (&'static str, Vec<usize>);
 /// Columns outside the catalogue, with their meaning.
-pub type Nameless = (&'static str, Vec<usize>);
+pub type OutsideTerm = (&'static str, Vec<usize>);
 
 /// A model of a log.
 pub trait LogModel: Sync {
@@ -39,7 +39,7 @@ pub trait LogModel: Sync {
     /// Entries of the catalogue that this log can test.
     fn entries(&self) -> Vec<Entry>;
     /// Terms outside the catalogue that may explain the remaining residual.
-    fn nameless(&self) -> Vec<Nameless>;
+    fn outside_catalogue(&self) -> Vec<OutsideTerm>;
     /// Beginning and end of each run, s since the log's start; none: the log is one run.
     fn runs(&self) -> Vec<[f64; 2]> {
         Vec::new()

@@ -7,7 +7,7 @@
 //! vehicle.
 
 use super::layout::Layout;
-use super::model::{Entry, LogModel, Measures, Nameless, Row};
+use super::model::{Entry, LogModel, Measures, OutsideTerm, Row};
 use super::runs::{DELAYS, MOST_RUNS, estimate};
 use super::selection::{self, LogModelDiagnosis};
 use crate::prepared_log::FORECAST_SHARE;
@@ -193,7 +193,7 @@ impl LogModel for ReferenceVelocity {
         ]
     }
 
-    fn nameless(&self) -> Vec<Nameless> {
+    fn outside_catalogue(&self) -> Vec<OutsideTerm> {
         let terms = TERMS.iter().enumerate().map(|(k, (name, ..))| (*name, vec![self.terms() + k]));
         [("roll of the DVL in its mount", vec![ROLL])].into_iter().chain(terms).collect()
     }

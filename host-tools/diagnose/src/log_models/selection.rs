@@ -99,7 +99,7 @@ pub fn run(model: &impl LogModel, log: &Log, vehicle: &VehicleFile) -> Option<Lo
     notes.extend(refuted);
     let mut effects: Vec<FoundEffect> = found.into_iter().map(|(found, _)| found).collect();
     effects.sort_by(|a, b| b.gain.total_cmp(&a.gain));
-    let mut named = described.nameless(&after);
+    let mut named = described.outside_catalogue(&after);
     let with_terms = described.with_terms(&mut named);
     let is_ambiguous = effects.iter().any(|found| found.possible_alternatives().next().is_some());
     let scores = [(&before, &before_rows), (&after, &after_rows)]

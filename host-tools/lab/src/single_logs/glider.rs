@@ -8,7 +8,7 @@
 //! of depth and, where there is one, a measured speed through the water are compared over windows of steady flight; the
 //! ways between surfacings with GNSS.
 
-use backseat_diagnose::log_models::{self, Entry, Layout, LogModel, LogModelDiagnosis, Measures, Nameless, Row};
+use backseat_diagnose::log_models::{self, Entry, Layout, LogModel, LogModelDiagnosis, Measures, OutsideTerm, Row};
 use backseat_diagnose::samples::ResidualChannel;
 use backseat_logs::log::Column;
 use backseat_logs::stats::{mean, median};
@@ -207,7 +207,7 @@ impl LogModel for Glider {
         entries
     }
 
-    fn nameless(&self) -> Vec<Nameless> {
+    fn outside_catalogue(&self) -> Vec<OutsideTerm> {
         let mut terms = vec![
             ("the displaced volume (how buoyancy follows the water's density)", vec![9]),
             ("the hull's compressibility", vec![10]),

@@ -5,7 +5,7 @@
 //! which the period differs from that median: c (t_k − k T) = (1 + ratio) r_k + c (offset + drift t), by the catalogue's
 //! definitions.
 
-use backseat_diagnose::log_models::{self, Entry, Layout, LogModel, LogModelDiagnosis, Measures, Nameless, Row};
+use backseat_diagnose::log_models::{self, Entry, Layout, LogModel, LogModelDiagnosis, Measures, OutsideTerm, Row};
 use backseat_diagnose::samples::ResidualChannel;
 use backseat_logs::log::Column;
 use backseat_logs::stats::median;
@@ -71,7 +71,7 @@ impl LogModel for Pinger {
         entries
     }
 
-    fn nameless(&self) -> Vec<Nameless> {
+    fn outside_catalogue(&self) -> Vec<OutsideTerm> {
         vec![
             ("a clock drift that grows with time", vec![3]),
             ("radial speed: positions that are late", vec![4]),

@@ -11,7 +11,7 @@
 //! out.
 
 use backseat_diagnose::log_models::{
-    self, Entry, Layout, LogModel, LogModelDiagnosis, Measures, Nameless, Row, estimate,
+    self, Entry, Layout, LogModel, LogModelDiagnosis, Measures, OutsideTerm, Row, estimate,
 };
 use backseat_diagnose::samples::ResidualChannel;
 use backseat_logs::log::Column;
@@ -166,7 +166,7 @@ impl LogModel for Thruster {
         vec![("thrust_curve", vec![DEAD_BAND, LOST]), ("input_delay", vec![DELAY])]
     }
 
-    fn nameless(&self) -> Vec<Nameless> {
+    fn outside_catalogue(&self) -> Vec<OutsideTerm> {
         vec![("thrust that falls with speed", vec![WITH_SPEED])]
     }
 

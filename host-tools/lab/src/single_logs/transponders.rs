@@ -11,7 +11,7 @@
 //! The ratio is the mean over all paths, by the harmonic mean that a travel time sees; the bending of rays is in it.
 
 use backseat_core::dynamics::Attitude;
-use backseat_diagnose::log_models::{self, Entry, Layout, LogModel, LogModelDiagnosis, Measures, Nameless, Row};
+use backseat_diagnose::log_models::{self, Entry, Layout, LogModel, LogModelDiagnosis, Measures, OutsideTerm, Row};
 use backseat_diagnose::samples::ResidualChannel;
 use backseat_logs::log::Column;
 use backseat_logs::stats::{Z_95, median};
@@ -127,7 +127,7 @@ impl LogModel for Transponders {
         ]
     }
 
-    fn nameless(&self) -> Vec<Nameless> {
+    fn outside_catalogue(&self) -> Vec<OutsideTerm> {
         vec![("radial speed: positions of the antenna that are late", vec![self.others() + 1])]
     }
 

@@ -1,4 +1,4 @@
-//! One account of depth: the depth cell with a slow error, and pitch and speed as its witness.
+//! One account of depth: the depth cell with a slow error, and pitch and speed that check it.
 //!
 //! ż = v + β: v = −u sin θ is what the nose says; β, its error, is the angle of attack and the AHRS' pitch. The depth
 //! cell reads z + b. At the surface, where a fix is received, z is near zero whatever the cell says.

@@ -10,7 +10,7 @@ mod track;
 
 use self::track::{Leg, Track};
 use super::layout::Layout;
-use super::model::{Entry, LogModel, Measures, Nameless, Row, catalogue_range};
+use super::model::{Entry, LogModel, Measures, OutsideTerm, Row, catalogue_range};
 use super::selection::{self, LogModelDiagnosis};
 use crate::prepared_log::BLOCK_S;
 use crate::remaining::Remaining;
@@ -179,7 +179,7 @@ impl LogModel for DeadReckoning {
         entries
     }
 
-    fn nameless(&self) -> Vec<Nameless> {
+    fn outside_catalogue(&self) -> Vec<OutsideTerm> {
         vec![("a current that grows with time", vec![GROWTH, GROWTH + 1])]
     }
 

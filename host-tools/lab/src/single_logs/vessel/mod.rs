@@ -17,7 +17,7 @@ use backseat_core::navigation::SensorNoise;
 use backseat_core::state::wrap_angle;
 use backseat_diagnose::linear;
 use backseat_diagnose::log_models::{
-    self, Entry, Layout, LogModel, LogModelDiagnosis, MOST_RUNS, Measures, Nameless, Row, Unexplained, WINDS,
+    self, Entry, Layout, LogModel, LogModelDiagnosis, MOST_RUNS, Measures, OutsideTerm, Row, Unexplained, WINDS,
     catalogue_range, estimate,
 };
 use backseat_diagnose::normal_equations::NormalEquations;
@@ -264,7 +264,7 @@ impl LogModel for Planar {
         entries
     }
 
-    fn nameless(&self) -> Vec<Nameless> {
+    fn outside_catalogue(&self) -> Vec<OutsideTerm> {
         let from = self.cross();
         vec![("products of sway and yaw rate", (from..from + 4).collect())]
     }
