@@ -9,6 +9,7 @@ mod health;
 mod identification;
 mod messages;
 mod signed;
+mod signing;
 
 pub use codec::{CRC, Decoder, Frame, MAX_FRAME, MAX_MESSAGE, encode};
 pub use crash::Crash;
