@@ -97,6 +97,8 @@ fn model() -> impl TypedValueParser<Value = Model> {
         PossibleValue::new("nominal")
             .alias("dynamic")
             .help("The vehicle's own dynamics exactly as the vehicle file declares them"),
+        PossibleValue::new("thesis")
+            .help("The nominal filter as in the thesis: every measurement is used, to first order, no gates"),
         PossibleValue::new("kinematic").help("Constant velocity"),
     ])
     .try_map(|name| name.parse())

@@ -372,7 +372,7 @@ def navigate(
 ) -> Navigation:
     """Runs the navigation filter over a log, as ``backseat navigate``.
 
-    ``vehicle``: the built-in reference if left out. ``model``: "robust", "nominal" or "kinematic"; the best that the log
+    ``vehicle``: the built-in reference if left out. ``model``: "robust", "nominal", "thesis" or "kinematic"; the best that the log
     supports if left out. ``dvl``, ``range_rate``: whether to use them. ``current``: estimate a steady water current as
     well (the robust model always does). ``packet``: take the ship from the packets alone instead of its GNSS.
     ``smooth``: the best estimate of each time from the whole log as well. ``truth``: a CSV to compare with. ``report``: a

@@ -73,6 +73,8 @@ pub enum Model {
     Robust,
     /// The vehicle's own dynamics exactly as the vehicle file declares them.
     Nominal,
+    /// [`Self::Nominal`] as in the thesis: every measurement is used, to first order.
+    Thesis,
     /// Constant velocity.
     Kinematic,
 }
@@ -84,8 +86,9 @@ impl FromStr for Model {
         match name {
             "robust" => Ok(Self::Robust),
             "nominal" | "dynamic" => Ok(Self::Nominal),
+            "thesis" => Ok(Self::Thesis),
             "kinematic" => Ok(Self::Kinematic),
-            _ => Err(format!("model {name:?}: expected robust, nominal or kinematic")),
+            _ => Err(format!("model {name:?}: expected robust, nominal, thesis or kinematic")),
         }
     }
 }
@@ -195,9 +198,12 @@ fn plan(settings: &Settings, log: &Log, vehicle: &VehicleFile, notes: &mut Vec<S
     };
     let mut options = match model {
         Model::Robust => FilterOptions::robust(vehicle),
-        Model::Nominal => FilterOptions::new(vehicle, ProcessModel::Dynamic),
+        Model::Nominal | Model::Thesis => FilterOptions::new(vehicle, ProcessModel::Dynamic),
         Model::Kinematic => FilterOptions::new(vehicle, ProcessModel::Kinematic),
     };
+    if model == Model::Thesis {
+        options.navigation.make_as_in_thesis();
+    }
     options.use_dvl = !settings.no_dvl;
     options.use_range_rate = !settings.no_range_rate;
     options.smooth = settings.smooth;
@@ -265,6 +271,7 @@ fn describe(is_declared: bool, plan: &Plan, vehicle: &VehicleFile) -> String {
         Plan::Filter(options) => {
             let model = match options.navigation.process_model {
                 ProcessModel::Dynamic if options.is_robust() => "robust dynamic model",
+                ProcessModel::Dynamic if options.navigation.surface.is_none() => "the thesis' dynamic model",
                 ProcessModel::Dynamic => "nominal dynamic model",
                 ProcessModel::Kinematic => "kinematic model",
             };

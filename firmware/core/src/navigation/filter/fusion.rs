@@ -22,10 +22,6 @@ pub(super) fn wrap_innovation(sensor: Sensor, innovation: f64) -> f64 {
     if sensor == Sensor::Attitude { wrap_angle(innovation) } else { innovation }
 }
 
-/// Range rates are not used while √(σx² + σy²) is beyond this, m: they depend nonlinearly on the bearing, and some
-/// hundred metres from the ship their linearisation about so uncertain a position would be wrong.
-const FAR_M: f64 = 50.0;
-
 impl Filter {
     /// Fuses one measurement; returns the outcome of each of its scalars.
     pub fn fuse(&mut self, measurement: &Measurement) -> Fusions {
@@ -69,7 +65,7 @@ impl Filter {
             Measurement::ShipGnss { position_m } => ship_gnss::observe(x, position_m, sigma.ship_gnss_m, out)?,
             Measurement::Range { path, range_m } => range::observe(x, &self.p, path, *range_m, config, out)?,
             Measurement::RangeRate { path, range_rate_mps } => {
-                range_rate::observe(x, path, *range_rate_mps, config, out)?;
+                range_rate::observe(x, &self.p, path, *range_rate_mps, config, out)?;
             }
             Measurement::TwoWayRange { outward, back, range_m } => {
                 two_way::observe(x, outward, back, *range_m, config, out)?;
@@ -104,9 +100,7 @@ impl Filter {
         let mut variance = self.project(0);
         let ratio = self.worst_test_ratio(variance);
         let alert = ratio > EXCEEDANCE || self.monitor.alert;
-        // A range rate is linear only near the position.
-        let far = sensor == Sensor::RangeRate && self.p.get(X, X) + self.p.get(Y, Y) > FAR_M * FAR_M;
-        if far || (alert && !self.weigh(sensor, ratio)) {
+        if alert && !self.weigh(sensor, ratio) {
             if ratio > 1.0 {
                 self.monitor.waves.begin(sensor, self.time_us);
             }

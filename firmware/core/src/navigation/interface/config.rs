@@ -83,8 +83,8 @@ pub struct NavigationConfig {
     pub gate_sigma: f64,
     /// Number of measurements of one sensor in a row, beyond three fifths of the gate, that make it suspect.
     pub exceedances: u32,
-    /// (σx² + σy²)/r over the noise of a range from which on the range is taken to second order; 1e6: always to first,
-    /// as in the thesis.
+    /// What first order neglects, over the noise of a range or range rate, from which on it is taken to second order:
+    /// (σx² + σy²)/r of a range, |Δv| (σx² + σy²)/r² of a range rate. 1e6: always to first, as in the thesis.
     pub range_curvature: f64,
     /// Priors of the states that [`Self::make_robust`] adds.
     pub priors: Priors,
@@ -127,7 +127,7 @@ impl NavigationConfig {
     #[rustfmt::skip] // a row a line, to be read as a table
     pub const ROWS: &[Row<Self>] = &[
         row!(choice "app.process_model", "Process model of the filter: 0 dynamic, 1 kinematic.", process_model, [ProcessModel::Dynamic, ProcessModel::Kinematic]),
-        row!(real "app.gate_sigma", "", "1", [1.0, 1000.0], "Innovations beyond this many standard deviations are rejected.", gate_sigma),
+        row!(real "app.gate_sigma", "", "1", [1.0, LARGEST_GATE_SIGMA], "Innovations beyond this many standard deviations are rejected.", gate_sigma),
         row!(whole "app.rejections_in_a_row", "", "1", [1.0, 1000.0], "Number of measurements of one sensor in a row, beyond three fifths of the gate, that make it suspect.", exceedances),
     ];
 
@@ -175,8 +175,18 @@ impl NavigationConfig {
         self.effect_states = EffectStates::robust(&self.priors);
         self.bank = true;
     }
+
+    /// Turns the nominal filter into the thesis' own (chapters 2 and 3): every measurement is used, to first order, and
+    /// the process noise is the same at every depth. A single wrong range is believed.
+    pub fn make_as_in_thesis(&mut self) {
+        self.surface = None;
+        self.gate_sigma = LARGEST_GATE_SIGMA;
+        self.range_curvature = LARGEST;
+    }
 }
 
+/// Widest gate, sigmas: none.
+const LARGEST_GATE_SIGMA: f64 = 1.0e3;
 /// Largest value of a number that is not in the table of parameters: far beyond use, far from overflow.
 const LARGEST: f64 = 1.0e6;
 

@@ -12,6 +12,9 @@ use crate::navigation::interface::measurement::{AcousticPath, FusionOutcome, Shi
 use crate::state::{PHI, U, X};
 use nalgebra::Vector3;
 
+/// Horizontal distance below which across has no direction, m.
+const MIN_GROUND_M: f64 = 1.0e-3;
+
 /// Both ends, resolved against the state.
 pub(crate) struct Path<'a> {
     vehicle: Vehicle,
@@ -110,8 +113,8 @@ impl<'a> Path<'a> {
         }
     }
 
-    /// Adds what the ship contributes to h, or says that it was reported: the ship subtracts.
-    pub(crate) fn add_ship(&self, by: &Gradient, out: &mut Observation) -> Option<&'a ShipReport> {
+    /// Adds what the ship contributes: to h, or to R by h_s P_s h_sᵀ where it was reported. The ship subtracts.
+    pub(crate) fn add_ship(&self, by: &Gradient, out: &mut Observation) {
         let row = &mut out.row;
         match self.ship {
             Ship::State { at } => {
@@ -121,18 +124,21 @@ impl<'a> Path<'a> {
                     row.push(at + SHIP_VELOCITY, -by.velocity.x);
                     row.push(at + SHIP_VELOCITY + 1, -by.velocity.y);
                 }
-                None
             }
-            Ship::Reported(report) => Some(report),
+            Ship::Reported(report) => {
+                let horizontal = |a: &Vector3<f64>| a.x * a.x + a.y * a.y;
+                out.variance += horizontal(&by.position) * report.position_sigma_m * report.position_sigma_m
+                    + horizontal(&by.velocity) * report.velocity_sigma_mps * report.velocity_sigma_mps;
+            }
         }
     }
-}
 
-/// h_s P_s h_sᵀ of a ship that was reported.
-pub(crate) fn report_variance(report: &ShipReport, by: &Gradient) -> f64 {
-    let horizontal = |a: &Vector3<f64>| a.x * a.x + a.y * a.y;
-    horizontal(&by.position) * report.position_sigma_m * report.position_sigma_m
-        + horizontal(&by.velocity) * report.velocity_sigma_mps * report.velocity_sigma_mps
+    /// Horizontal unit vector across the path: depth is known.
+    pub(crate) fn across(&self) -> Vector3<f64> {
+        let (north, east) = (self.dp.x, self.dp.y);
+        let ground_m = libm::sqrt(north * north + east * east).max(MIN_GROUND_M);
+        Vector3::new(-east / ground_m, north / ground_m, 0.0)
+    }
 }
 
 /// Row of a scalar that depends on the vehicle's velocity over ground R ν + c by `by`.

@@ -10,17 +10,13 @@
 //! Where this is large compared with the noise, a first-order filter becomes overconfident: see `range_curvature` of
 //! the configuration.
 
-use super::acoustic::{Path, by_position, report_variance};
+use super::acoustic::{Path, by_position};
 use crate::navigation::algebra::covariance::Covariance;
 use crate::navigation::algebra::estimate::Estimate;
 use crate::navigation::algebra::observation::{Observation, Observations, Refused};
 use crate::navigation::interface::config::NavigationConfig;
 use crate::navigation::interface::measurement::AcousticPath;
 use crate::state::{X, Y};
-use nalgebra::Vector3;
-
-/// Horizontal distance below which across has no direction, m.
-const MIN_GROUND_M: f64 = 1.0e-3;
 
 pub(crate) fn observe(
     x: &Estimate,
@@ -40,9 +36,7 @@ pub(crate) fn observe(
     observation.innovation = range_m - path.distance_m - 0.5 * curvature_m;
     observation.variance = config.sensors.range_m * config.sensors.range_m + 0.5 * curvature_m * curvature_m;
     path.add_vehicle(x, None, &gradient, observation);
-    if let Some(report) = path.add_ship(&gradient, observation) {
-        observation.variance += report_variance(report, &gradient);
-    }
+    path.add_ship(&gradient, observation);
     Ok(())
 }
 
@@ -58,14 +52,9 @@ fn curvature(
     if p.get(X, X) + p.get(Y, Y) <= little {
         return 0.0;
     }
-    // Depth is known: across means in the horizontal.
-    let (north, east) = (path.dp.x, path.dp.y);
-    let ground_m = libm::sqrt(north * north + east * east).max(MIN_GROUND_M);
-    let across = by_position(Vector3::new(-east / ground_m, north / ground_m, 0.0));
+    let across = by_position(path.across());
     path.add_vehicle(x, None, &across, scratch);
-    if let Some(report) = path.add_ship(&across, scratch) {
-        scratch.variance += report_variance(report, &across);
-    }
+    path.add_ship(&across, scratch);
     let spread = p.bilinear(&scratch.row, &scratch.row) + scratch.variance;
     (spread / path.distance_m).min(path.distance_m)
 }

@@ -5,9 +5,9 @@
 //! is at the time of its reply on both ways, so that a reported ship's error is one error.
 //! Invalid when the ends coincide or the ship is not known.
 
-use super::acoustic::{Gradient, Path, by_position, report_variance};
+use super::acoustic::{Path, by_position};
 use crate::navigation::algebra::estimate::Estimate;
-use crate::navigation::algebra::observation::{Observation, Observations, Refused};
+use crate::navigation::algebra::observation::{Observations, Refused};
 use crate::navigation::interface::config::NavigationConfig;
 use crate::navigation::interface::measurement::AcousticPath;
 
@@ -29,16 +29,10 @@ pub(crate) fn observe(
     outward.add_vehicle(x, None, &by_outward, observation);
     back.add_vehicle(x, None, &by_back, observation);
     if outward.shares_ship(back) {
-        add_ship(outward, &by_position(by_outward.position + by_back.position), observation);
+        outward.add_ship(&by_position(by_outward.position + by_back.position), observation);
     } else {
-        add_ship(outward, &by_outward, observation);
-        add_ship(back, &by_back, observation);
+        outward.add_ship(&by_outward, observation);
+        back.add_ship(&by_back, observation);
     }
     Ok(())
-}
-
-fn add_ship(path: &Path<'_>, by: &Gradient, observation: &mut Observation) {
-    if let Some(report) = path.add_ship(by, observation) {
-        observation.variance += report_variance(report, by);
-    }
 }

@@ -11,6 +11,25 @@ pub const ERRORS: &[Column] = &[
     column("rms_over_drms", "RMS / own DRMS"),
 ];
 
+const MOMENTS: &[Column] = &[
+    column("mean_north_m", "north: mean [m]"),
+    column("sigma_north_m", "standard deviation [m]"),
+    column("skewness_north", "skewness"),
+    column("kurtosis_north", "kurtosis"),
+    column("mean_east_m", "east: mean [m]"),
+    column("sigma_east_m", "standard deviation [m]"),
+    column("skewness_east", "skewness"),
+    column("kurtosis_east", "kurtosis"),
+];
+
+const OVER_TIME: &[Column] = &[
+    column("median_m", "median [m]"),
+    column("p95_m", "95 % [m]"),
+    column("max_m", "max [m]"),
+    column("first_quarter_m", "median, first quarter [m]"),
+    column("last_quarter_m", "median, last quarter [m]"),
+];
+
 const SINCE_START: &[Column] = &[
     column("transient_m", "median of the first 10 min [m]"),
     column("median_m", "median [m]"),
@@ -29,6 +48,8 @@ const DISTANCES: &[Column] = &[
     column("to_reference_m", "largest distance to kinematic + DVL [m]"),
     column("median_m", "error: median [m]"),
     column("max_m", "error: max [m]"),
+    column("first_quarter_m", "error: median, first quarter [m]"),
+    column("last_quarter_m", "error: median, last quarter [m]"),
 ];
 
 pub const CURVES: &[Curves] =
@@ -44,7 +65,8 @@ const KINEMATIC_DVL: &str = "Ten 1 km lines 100 m apart at 2 knots and 3 m depth
      and 1.5 m; process noise (1, 2, 1) e-2 m/s²/√Hz and (2, 2, 5) e-2 rad/s²/√Hz; steered by PD.]";
 
 const KINEMATIC_FOG: &str = "Ten 1 km lines 100 m apart at 1 m/s and 3 m depth; ship on a circle of 800 m at 2 m/s; a one-way packet every \
-     10 s. Table 2.2: as Table 2.1 without the DVL; range 1 m unless said. [The rest as for Figures 2.2 to 2.6.]";
+     10 s. Table 2.2: as Table 2.1 without the DVL; range 1 m unless said. [The rest as for Figures 2.2 to 2.6. Rows \"ours\": the project's filter, \
+     with gates, and with ranges and range rates to second order; the others as in the thesis.]";
 
 const SURVEYED: &str = "Ten 1 km lines 100 m apart at 1 m/s and 3 m depth; ship on a circle of 600 m at 2 m/s; packets every 30 s from 60 s \
      on. Table 3.1: compass 1 degree at 3 Hz without rates, depth 6 cm at 7 Hz, DVL 0.01 m/s at 5 Hz when used, range 1 m; no current; \
@@ -61,7 +83,7 @@ pub const ITEMS: &[Item] = &[
     Item {
         id: "figures-2.2-2.6",
         title: "Kinematic model with gyrocompass and DVL",
-        covers: &[figures(2, [2, 6])],
+        covers: &[figures(2, [2, 3]), figures(2, [6, 6])],
         thesis: "Maps, histograms and errors over time, with range and with range and range rate: the range rate gives no significant \
                  gain. No numbers.",
         conditions: KINEMATIC_DVL,
@@ -74,19 +96,47 @@ pub const ITEMS: &[Item] = &[
         differs: "The DVL says three hundred times between two packets what a range rate of 0.1 m/s says once.",
     },
     Item {
+        id: "figures-2.4-2.5",
+        title: "Histograms of the errors with a DVL",
+        covers: &[figures(2, [4, 5])],
+        thesis: "X perhaps not unimodal, Y perhaps not zero-mean; one realisation, from which nothing is concluded; unchanged by the range rate.",
+        conditions: KINEMATIC_DVL,
+        study: &K_DVL,
+        rows: &["range", "range + range rate"],
+        columns: MOMENTS,
+        printed: Printed::Nothing,
+        independent: &[],
+        curves: &[],
+        differs: "A Gaussian has skewness 0 and kurtosis 3. The errors of one run follow each other slowly: its mean is not zero, those of ten runs are on either side.",
+    },
+    Item {
         id: "figures-2.7-2.11",
         title: "Kinematic model with gyrocompass, no DVL",
-        covers: &[figures(2, [7, 11])],
+        covers: &[figures(2, [7, 8]), figures(2, [11, 11])],
         thesis: "The range rate gives no significant gain; errors about zero-mean and Gaussian. No numbers.",
         conditions: KINEMATIC_FOG,
         study: &K_FOG,
-        rows: &["range", "range + range rate"],
+        rows: &["range", "range + range rate", "ours, range", "ours, range + range rate"],
         columns: ERRORS,
         printed: Printed::Nothing,
         independent: &[],
         curves: WITH_SIGMA,
         differs: "Without a DVL velocity comes from the ranges; how much a range rate adds depends on the process noise, which the thesis \
                   does not give.",
+    },
+    Item {
+        id: "figures-2.9-2.10",
+        title: "Histograms of the errors without a DVL",
+        covers: &[figures(2, [9, 10])],
+        thesis: "About zero-mean and Gaussian, with the range rate as without.",
+        conditions: KINEMATIC_FOG,
+        study: &K_FOG,
+        rows: &["range", "range + range rate"],
+        columns: MOMENTS,
+        printed: Printed::Nothing,
+        independent: &[],
+        curves: &[],
+        differs: "Kurtosis above 3: the error is large for a short time, where the bearing to the ship does not change.",
     },
     Item {
         id: "figure-2.12",
@@ -96,7 +146,7 @@ pub const ITEMS: &[Item] = &[
                  the one positive result on range rate. No numbers.",
         conditions: KINEMATIC_FOG,
         study: &K_FOG,
-        rows: &["20 m, range", "20 m, range + range rate"],
+        rows: &["20 m, range", "20 m, range + range rate", "ours, 20 m, range", "ours, 20 m, range + range rate"],
         columns: TRANSIENT,
         printed: Printed::Nothing,
         independent: &[],
@@ -110,7 +160,12 @@ pub const ITEMS: &[Item] = &[
         thesis: "No significant change of convergence time, transient or steady state by the range rate; times not given.",
         conditions: KINEMATIC_FOG,
         study: &K_FOG,
-        rows: &["150 m off, range", "150 m off, range + range rate"],
+        rows: &[
+            "150 m off, range",
+            "150 m off, range + range rate",
+            "ours, 150 m off, range",
+            "ours, 150 m off, range + range rate",
+        ],
         columns: SINCE_START,
         printed: Printed::Nothing,
         independent: &[],
@@ -142,7 +197,7 @@ pub const ITEMS: &[Item] = &[
         conditions: SURVEYED,
         study: &D_SURVEY,
         rows: &["dynamic, no DVL", "kinematic + DVL", "kinematic, no DVL", "compass + DVL dead reckoning"],
-        columns: ERRORS,
+        columns: OVER_TIME,
         printed: Printed::Below(&[
             Reported { name: "dynamic, no DVL", values: &[f64::NAN, f64::NAN, 5.0] },
             Reported { name: "kinematic + DVL", values: &[f64::NAN, f64::NAN, 5.0] },

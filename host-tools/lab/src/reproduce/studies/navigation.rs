@@ -10,7 +10,7 @@ use backseat_core::navigation::{InitialState, ProcessModel, SurfaceNoise};
 use backseat_core::state::{P, U, V, VehicleState, X, Y};
 use backseat_estimation::dead_reckoning::{self, Method};
 use backseat_estimation::filter::{self, FilterOptions, FilterRun, Start};
-use backseat_logs::stats::{ErrorSummary, mean, percentile};
+use backseat_logs::stats::{ErrorSummary, mean, percentile, standard_deviation};
 use backseat_logs::{Column, Log, Truth, VehicleFile};
 use hil_sim::rng::{Source, Stream};
 use hil_sim::scenario::perturbed;
@@ -35,6 +35,12 @@ pub const K_FOG: Study = navigation(
         Filter { row: "20 m, range + range rate", range_rate: true, change: Change::CoarseRanges, ..KINEMATIC },
         Filter { row: "150 m off, range", change: Change::StartedAfar, ..KINEMATIC },
         Filter { row: "150 m off, range + range rate", range_rate: true, change: Change::StartedAfar, ..KINEMATIC },
+        Filter { row: "ours, range", ..OURS },
+        Filter { row: "ours, range + range rate", range_rate: true, ..OURS },
+        Filter { row: "ours, 20 m, range", change: Change::CoarseRanges, ..OURS },
+        Filter { row: "ours, 20 m, range + range rate", range_rate: true, change: Change::CoarseRanges, ..OURS },
+        Filter { row: "ours, 150 m off, range", change: Change::StartedAfar, ..OURS },
+        Filter { row: "ours, 150 m off, range + range rate", range_rate: true, change: Change::StartedAfar, ..OURS },
     ],
 );
 /// 2.6.2 with a compass of 1 degree.
@@ -114,12 +120,22 @@ struct Filter {
     model: ProcessModel,
     dvl: bool,
     range_rate: bool,
+    /// Every measurement is used, to first order.
+    as_in_thesis: bool,
     change: Change,
 }
 
-const KINEMATIC: Filter =
-    Filter { row: "", model: ProcessModel::Kinematic, dvl: false, range_rate: false, change: Change::None };
+const KINEMATIC: Filter = Filter { as_in_thesis: true, ..OURS };
 const DYNAMIC: Filter = Filter { model: ProcessModel::Dynamic, ..KINEMATIC };
+/// With gates, and with ranges and range rates to second order.
+const OURS: Filter = Filter {
+    row: "",
+    model: ProcessModel::Kinematic,
+    dvl: false,
+    range_rate: false,
+    as_in_thesis: false,
+    change: Change::None,
+};
 
 /// What else is different about it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -188,6 +204,9 @@ impl Navigation {
                 use_range_rate: filter.range_rate,
                 ..FilterOptions::new(&declared, filter.model)
             };
+            if filter.as_in_thesis {
+                options.navigation.make_as_in_thesis();
+            }
             if self.conditions.slow_compass && filter.model == ProcessModel::Kinematic {
                 options.navigation.process_noise = SurfaceNoise::KINEMATIC.noise;
             }
@@ -323,8 +342,23 @@ impl Survey<'_> {
         run.track.iter().filter_map(error).collect()
     }
 
+    /// Figures 2.4, 2.5, 2.9 and 2.10: moments of the errors north and east.
+    fn moments(&mut self, row: &str, run: &FilterRun) {
+        for (axis, name) in [(X, "north"), (Y, "east")] {
+            let error = |s: &filter::TrackSample| Some(s.state[axis] - self.truth.at(s.time_us)?.state[axis]);
+            let errors: Vec<f64> = run.track.iter().filter_map(error).collect();
+            let Some((mean_m, sigma_m)) = mean(&errors).zip(standard_deviation(&errors)) else { return };
+            let moment = |order| mean(&errors.iter().map(|e| ((e - mean_m) / sigma_m).powi(order)).collect::<Vec<_>>());
+            self.measured.set(row, &format!("mean_{name}_m"), mean_m);
+            self.measured.set(row, &format!("sigma_{name}_m"), sigma_m);
+            self.measured.set(row, &format!("skewness_{name}"), moment(3).unwrap_or(f64::NAN));
+            self.measured.set(row, &format!("kurtosis_{name}"), moment(4).unwrap_or(f64::NAN));
+        }
+    }
+
     fn keep(&mut self, row: &str, run: &FilterRun) {
         let errors = self.errors(run);
+        self.moments(row, run);
         let drms: Vec<f64> = run.track.iter().map(|sample| sample.drms_m().powi(2)).collect();
         let drms = mean(&drms).map_or(f64::NAN, f64::sqrt);
         self.summary(row, &errors, Some(drms));
@@ -353,6 +387,13 @@ impl Survey<'_> {
         let transient = errors.iter().take_while(|(time_us, _)| (time_us - first_us) as f64 * 1e-6 < TRANSIENT_S);
         let transient: Vec<f64> = transient.map(|(_, error)| *error).collect();
         self.measured.set(row, "transient_m", percentile(&transient, 0.5).unwrap_or(f64::NAN));
+        let quarter = magnitudes.len() / 4;
+        for (name, part) in [
+            ("first_quarter_m", magnitudes.get(..quarter)),
+            ("last_quarter_m", magnitudes.get(magnitudes.len() - quarter..)),
+        ] {
+            self.measured.set(row, name, part.and_then(|part| percentile(part, 0.5)).unwrap_or(f64::NAN));
+        }
         if let Some(drms) = drms {
             self.measured.set(row, "drms_m", drms);
             self.measured.set(row, "rms_over_drms", summary.rms_m / drms);

@@ -3,5 +3,6 @@
 mod columns;
 mod delayed;
 mod endurance;
+mod moments;
 mod rows;
 mod vectors;
