@@ -251,7 +251,7 @@ pub struct FusionTelemetry {
     pub sensor: u8,
     /// Component.
     pub axis: u8,
-    /// Outcome: 0 fused, 1 gated, 2 invalid, 3 stale clone.
+    /// Outcome: 0 fused, 1 gated, 2 invalid, 3 stale clone, 4 a range rate while the position is uncertain.
     pub outcome: u8,
     /// Time, µs.
     pub time_us: u64,

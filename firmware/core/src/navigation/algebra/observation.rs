@@ -15,8 +15,7 @@ pub(crate) struct Observation {
 }
 
 impl Observation {
-    /// Nothing yet.
-    pub(crate) const NONE: Self = Self { innovation: 0.0, row: Row::EMPTY, variance: 0.0 };
+    const NONE: Self = Self { innovation: 0.0, row: Row::EMPTY, variance: 0.0 };
 
     /// Innovation and noise are finite, and the noise is positive.
     pub(crate) fn is_valid(&self) -> bool {

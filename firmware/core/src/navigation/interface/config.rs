@@ -83,9 +83,11 @@ pub struct NavigationConfig {
     pub gate_sigma: f64,
     /// Number of measurements of one sensor in a row, beyond three fifths of the gate, that make it suspect.
     pub exceedances: u32,
-    /// What first order neglects, over the noise of a range or range rate, from which on it is taken to second order:
-    /// (σx² + σy²)/r of a range, |Δv| (σx² + σy²)/r² of a range rate. 1e6: always to first, as in the thesis.
+    /// (σx² + σy²)/r over the noise of a range from which on the range is taken to second order; 1e6: always to first,
+    /// as in the thesis.
     pub range_curvature: f64,
+    /// √(σx² + σy²) beyond which range rates are not used, m; 1e6: always used, as in the thesis.
+    pub range_rate_within_m: f64,
     /// Priors of the states that [`Self::make_robust`] adds.
     pub priors: Priors,
     /// The current changes, and a filter with a steady one and the nominal filter run beside this one; the three are
@@ -119,6 +121,7 @@ impl NavigationConfig {
         gate_sigma: 5.0,
         exceedances: 3,
         range_curvature: 0.05,
+        range_rate_within_m: 50.0,
         priors: Priors::DEFAULT,
         bank: false,
     };
@@ -156,6 +159,7 @@ impl NavigationConfig {
         gate_sigma: 0.0,
         exceedances: 0,
         range_curvature: 0.0,
+        range_rate_within_m: 0.0,
         priors: Priors::KNOWN,
         bank: false,
     };
@@ -182,6 +186,7 @@ impl NavigationConfig {
         self.surface = None;
         self.gate_sigma = LARGEST_GATE_SIGMA;
         self.range_curvature = LARGEST;
+        self.range_rate_within_m = LARGEST;
     }
 }
 
@@ -213,6 +218,7 @@ impl NavigationConfig {
         in_range("ship_noise.linear_mps2_per_sqrt_hz", ship.linear_mps2_per_sqrt_hz, 0.0)?;
         in_range("ship_noise.angular_radps2_per_sqrt_hz", ship.angular_radps2_per_sqrt_hz, 0.0)?;
         in_range("range_curvature", self.range_curvature, 0.0)?;
+        in_range("range_rate_within_m", self.range_rate_within_m, 0.0)?;
         for state in self.effect_states.iter() {
             in_range("effect_states.initial_sigma", state.initial_sigma, f64::MIN_POSITIVE)?;
             in_range("effect_states.random_walk_per_sqrt_s", state.random_walk_per_sqrt_s, 0.0)?;

@@ -246,6 +246,8 @@ pub enum FusionOutcome {
     Invalid,
     /// Its clone had been dropped.
     StaleClone,
+    /// A range rate while the position is too uncertain for it: not used, and no contradiction. NaN, as if invalid.
+    Far,
 }
 
 /// The one record that every scalar fusion leaves.

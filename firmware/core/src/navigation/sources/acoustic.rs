@@ -12,9 +12,6 @@ use crate::navigation::interface::measurement::{AcousticPath, FusionOutcome, Shi
 use crate::state::{PHI, U, X};
 use nalgebra::Vector3;
 
-/// Horizontal distance below which across has no direction, m.
-const MIN_GROUND_M: f64 = 1.0e-3;
-
 /// Both ends, resolved against the state.
 pub(crate) struct Path<'a> {
     vehicle: Vehicle,
@@ -131,13 +128,6 @@ impl<'a> Path<'a> {
                     + horizontal(&by.velocity) * report.velocity_sigma_mps * report.velocity_sigma_mps;
             }
         }
-    }
-
-    /// Horizontal unit vector across the path: depth is known.
-    pub(crate) fn across(&self) -> Vector3<f64> {
-        let (north, east) = (self.dp.x, self.dp.y);
-        let ground_m = libm::sqrt(north * north + east * east).max(MIN_GROUND_M);
-        Vector3::new(-east / ground_m, north / ground_m, 0.0)
     }
 }
 

@@ -17,6 +17,10 @@ use crate::navigation::algebra::observation::{Observation, Observations, Refused
 use crate::navigation::interface::config::NavigationConfig;
 use crate::navigation::interface::measurement::AcousticPath;
 use crate::state::{X, Y};
+use nalgebra::Vector3;
+
+/// Horizontal distance below which across has no direction, m.
+const MIN_GROUND_M: f64 = 1.0e-3;
 
 pub(crate) fn observe(
     x: &Estimate,
@@ -52,7 +56,10 @@ fn curvature(
     if p.get(X, X) + p.get(Y, Y) <= little {
         return 0.0;
     }
-    let across = by_position(path.across());
+    // Depth is known: across means in the horizontal.
+    let (north, east) = (path.dp.x, path.dp.y);
+    let ground_m = libm::sqrt(north * north + east * east).max(MIN_GROUND_M);
+    let across = by_position(Vector3::new(-east / ground_m, north / ground_m, 0.0));
     path.add_vehicle(x, None, &across, scratch);
     path.add_ship(&across, scratch);
     let spread = p.bilinear(&scratch.row, &scratch.row) + scratch.variance;

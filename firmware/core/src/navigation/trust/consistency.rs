@@ -15,6 +15,8 @@ pub struct NisTally {
     pub rejected: u32,
     /// Invalid scalars and stale clones.
     pub invalid: u32,
+    /// Range rates while the position was too uncertain for them.
+    pub far: u32,
 }
 
 impl NisTally {
@@ -35,7 +37,7 @@ impl Consistency {
     /// Empty.
     #[must_use]
     pub const fn new() -> Self {
-        Self { tallies: [NisTally { sum: 0.0, count: 0, rejected: 0, invalid: 0 }; Sensor::ALL.len()] }
+        Self { tallies: [NisTally { sum: 0.0, count: 0, rejected: 0, invalid: 0, far: 0 }; Sensor::ALL.len()] }
     }
 
     /// Adds one record.
@@ -48,6 +50,7 @@ impl Consistency {
             }
             FusionOutcome::Gated => tally.rejected = tally.rejected.saturating_add(1),
             FusionOutcome::Invalid | FusionOutcome::StaleClone => tally.invalid = tally.invalid.saturating_add(1),
+            FusionOutcome::Far => tally.far = tally.far.saturating_add(1),
         }
     }
 

@@ -10,6 +10,7 @@ fn data(voyage: &Voyage, seed: u64) -> ManoeuvringData {
 
 /// Data of the model itself, with the coefficients that fit a tanker: they come back, within their intervals.
 #[test]
+#[ignore = "a minute without optimisation: .ci/nightly"]
 fn val_coefficients_of_the_model_itself_come_back() {
     let model = data(&STILL, 1).fit().unwrap().model;
     // its states beside the actuators of a voyage, with the noise of the sensors
@@ -69,6 +70,7 @@ fn too_short_a_log_is_refused() {
 
 /// Once in a second or less often, and not evenly: windows of one reading say nothing, and break nothing.
 #[test]
+#[ignore = "a minute without optimisation: .ci/nightly"]
 fn sparse_and_uneven_logs_are_fitted() {
     for (least_s, later_s) in [(0.9, 1.1), (1.9, 2.6)] {
         let mut log = simulate(&STILL, 1).0;

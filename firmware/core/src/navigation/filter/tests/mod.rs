@@ -3,6 +3,5 @@
 mod columns;
 mod delayed;
 mod endurance;
-mod moments;
 mod rows;
 mod vectors;
