@@ -4,8 +4,8 @@
 //!
 //! ṗ = (1 + s) v + h v⊥ + c, with every other state a Gauss-Markov process.
 //!
-//! A measurement far beyond its variance counts as one of three sigmas (Huber), so that a reflected path moves nothing
-//! and a lasting contradiction moves the account in the end.
+//! A measurement far beyond its variance counts as one of three sigmas (Huber), and each opens position and current, so
+//! that a reflected path moves little and a lasting contradiction moves the account in the end.
 
 use core::ops::Range;
 
