@@ -2,7 +2,7 @@
 
 use crate::log_effects::{DelayLine, Effects, Lateness};
 use backseat_core::dynamics::{ActuatorInput, Attitude, Linearisation, VehicleModel, VehicleParameters};
-use backseat_core::effects::{ActuatorMemory, Moment, ParameterKind, SensorChannel, Step};
+use backseat_core::effects::{ActuatorMemory, CATALOGUE, EffectInfo, Moment, ParameterKind, SensorChannel, Step};
 use backseat_core::navigation::models;
 use backseat_core::state::{self, P, U, VehicleState, X, Y};
 
@@ -10,6 +10,8 @@ use backseat_core::state::{self, P, U, VehicleState, X, Y};
 #[derive(Clone, Debug)]
 pub struct Model {
     set: Effects,
+    /// Entries of the board's catalogue that are present, by their places: they are asked at every step.
+    active: Vec<usize>,
     /// Times at which the plant changes, ascending.
     changes: Vec<f64>,
     /// The plant before the first of them, between them, after the last.
@@ -55,13 +57,19 @@ impl Model {
             plants.push(VehicleModel::new(&parameters).ok()?);
         }
         let (memory, late, inputs) = (ActuatorMemory::default(), Lateness::default(), DelayLine::default());
-        Some(Self { set: *set, changes, plants, water, sound_speed_mps, memory, has_input, late, inputs })
+        let active = set.board.active().map(|(place, _, _)| place).collect();
+        Some(Self { set: *set, active, changes, plants, water, sound_speed_mps, memory, has_input, late, inputs })
     }
 
     /// The effects.
     #[must_use]
     pub fn set(&self) -> &Effects {
         &self.set
+    }
+
+    /// The entries of the board's catalogue that are present, with their values.
+    fn active(&self) -> impl Iterator<Item = (&'static EffectInfo, &[f64])> {
+        self.active.iter().map(|place| (&CATALOGUE[*place], self.set.board.values(*place)))
     }
 
     /// Velocity of the water [north, east], m/s.
@@ -75,9 +83,9 @@ impl Model {
         let delay_s = self.set.input_delay_s();
         let mut input = if delay_s > 0.0 { self.inputs.delayed(delay_s, step, commanded) } else { *commanded };
         if self.has_input {
-            for (_, info, values) in self.set.board.active() {
-                if let Some(hook) = info.hooks.input {
-                    hook(values, step, &mut self.memory, &mut input);
+            for place in &self.active {
+                if let Some(hook) = CATALOGUE[*place].hooks.input {
+                    hook(self.set.board.values(*place), step, &mut self.memory, &mut input);
                 }
             }
         }
@@ -140,7 +148,7 @@ impl Model {
         let moment = Moment { t_s, sound_speed_mps: self.sound_speed_mps };
         let mut reading = truth;
         let mut slope = self.set.read(&self.late, channel, at, &mut reading);
-        for (_, info, values) in self.set.board.active() {
+        for (info, values) in self.active() {
             if let Some(measure) = info.hooks.measure.filter(|measure| measure.channels.contains(&channel)) {
                 let by = (measure.apply)(values, &moment, &mut reading).by_reading;
                 slope = std::array::from_fn(|i| std::array::from_fn(|j| (0..3).map(|k| by[i][k] * slope[k][j]).sum()));
@@ -152,6 +160,6 @@ impl Model {
     /// Variance that the effects add to each scalar of a channel.
     #[must_use]
     pub fn added_variance(&self, channel: SensorChannel) -> f64 {
-        self.set.board.active().filter_map(|(_, info, values)| Some((info.hooks.variance?)(values, channel))).sum()
+        self.active().filter_map(|(info, values)| Some((info.hooks.variance?)(values, channel))).sum()
     }
 }

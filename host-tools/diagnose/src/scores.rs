@@ -94,7 +94,7 @@ pub struct Scores {
     pub whiteness: Vec<Whiteness>,
     /// Root mean square of prediction minus reading, of each channel of [`PREDICTED`] at each horizon.
     pub prediction: Vec<[Option<f64>; HORIZONS_S.len()]>,
-    /// (time in s, horizontal error in m), all of the log.
+    /// (time in s, horizontal error in m), all of the log; not a number where a dead reckoning begins anew.
     pub position_errors: Vec<(f64, f64)>,
     /// Track of the flight filter, north and east in m; of a log without fins and propeller that of dead reckoning, where
     /// it was asked for.
@@ -158,7 +158,8 @@ pub fn of(
 pub fn position_by_part(split: &Split, scores: &Scores) -> [Option<f64>; 2] {
     [false, true].map(|forecast| {
         let wanted = |t_s: f64| split.is_at(DataPart::Judge, t_s) && split.is_at(DataPart::Forecast, t_s) == forecast;
-        rms(&scores.position_errors.iter().filter(|(t_s, _)| wanted(*t_s)).map(|(_, e)| *e).collect::<Vec<_>>())
+        let of = scores.position_errors.iter().filter(|(t_s, error)| error.is_finite() && wanted(*t_s));
+        rms(&of.map(|(_, error)| *error).collect::<Vec<_>>())
     })
 }
 

@@ -27,6 +27,8 @@ const MOST: f64 = 2.0;
 
 /// The timing that the innovations ask for, with these effects, and the pass with it where it was made; `None` where the
 /// filter does not run.
+///
+/// What all actuators together do is the sum of what each group does, as far as innovations are linear in λ.
 #[must_use]
 pub fn choose(
     (setup, split): (&Setup, &Split),
@@ -42,23 +44,24 @@ pub fn choose(
         timed.act(timing);
         whitener::run(setup, &timed, set, &[])
     };
-    let (base, other) = rayon::join(|| pass(now), || pass(&now.map(turned)));
-    let (base, other) = (base?, other?);
-    let [together] = shares(&base.residuals, &[other.residuals], split).try_into().ok()?;
-    let mut timing = *now;
-    if is_turned(together) {
-        timing = now.map(turned);
-    }
-    // Fins and propeller by themselves beside what all do.
-    let base = if timing == *now { base } else { pass(&timing)? };
-    let common = timing;
     let alone = |group: &Range<usize>| {
-        let mut one = common;
+        let mut one = *now;
         one[group.clone()].iter_mut().for_each(|hold| *hold = turned(*hold));
         Some(pass(&one)?.residuals)
     };
-    let single: Option<Vec<Vec<Residual>>> = GROUPS.par_iter().map(alone).collect();
-    for (group, share) in GROUPS.iter().zip(shares(&base.residuals, &single?, split)) {
+    let (base, single) = rayon::join(|| pass(now), || GROUPS.par_iter().map(alone).collect::<Option<Vec<_>>>());
+    let (mut base, mut single): (Pass, Vec<Vec<Residual>>) = (base?, single?);
+    let mut timing = *now;
+    let [all] = shares(&base.residuals, &[sum(&base.residuals, &single)], split).try_into().ok()?;
+    if is_turned(all) {
+        timing = now.map(turned);
+        base = pass(&timing)?;
+        // Of two groups, one turned back leaves the other turned.
+        single.reverse();
+    }
+    let common = timing;
+    // Fins and propeller by themselves beside what all do.
+    for (group, share) in GROUPS.iter().zip(shares(&base.residuals, &single, split)) {
         if is_turned(share) {
             timing[group.clone()].iter_mut().for_each(|hold| *hold = turned(*hold));
         }
@@ -99,6 +102,16 @@ pub fn fins_turned(timing: InputTiming) -> InputTiming {
 
 fn is_turned((share, sigma): (f64, f64)) -> bool {
     (MIDDLE..MOST).contains(&share) && share > BELIEVED * sigma
+}
+
+/// The innovations with all changes at once.
+fn sum(base: &[Residual], changed: &[Vec<Residual>]) -> Vec<Residual> {
+    let with_all = |(k, residual): (usize, &Residual)| {
+        let own = residual.normalised();
+        let added: f64 = changed.iter().filter_map(|one| Some(one.get(k)?.normalised() - own)).sum();
+        Residual { innovation: (own + added) * residual.sigma, ..*residual }
+    };
+    base.iter().enumerate().map(with_all).collect()
 }
 
 /// λ of each alternative, fitted together, with its standard error by blocks.

@@ -86,11 +86,16 @@ fn column(summary: &ColumnSummary) -> Value {
     })
 }
 
-/// Tests that the log does not allow: those whose columns are there one by one, the others by what is missing.
+/// Tests without a conclusion, and those that the log does not allow: those whose columns are there one by one, the others
+/// by what is missing.
 fn not_tested(read: &ReadLog) -> Vec<String> {
     let untested = &read.examination.untested;
     let (lacking, shown): (Vec<&Untested>, Vec<&Untested>) = untested.iter().partition(|test| test.lacks_columns);
-    let mut lines: Vec<String> = shown.iter().map(|test| format!("not tested: {} ({})", test.test, test.why)).collect();
+    let line = |test: &&Untested| {
+        let word = if test.is_inconclusive { "inconclusive" } else { "not tested" };
+        format!("{word}: {} ({})", test.test, test.why)
+    };
+    let mut lines: Vec<String> = shown.iter().map(line).collect();
     if !lacking.is_empty() {
         let names: Vec<&str> = lacking.iter().map(|test| test.test).collect();
         lines.push(format!("not tested for lack of columns: {}", names.join(", ")));
@@ -100,7 +105,7 @@ fn not_tested(read: &ReadLog) -> Vec<String> {
 
 fn untested(test: &Untested) -> Value {
     let columns: Vec<&str> = test.columns.iter().map(|column| column.name()).collect();
-    json!({"test": test.test, "columns": columns, "why": test.why})
+    json!({"test": test.test, "columns": columns, "inconclusive": test.is_inconclusive, "why": test.why})
 }
 
 /// Four significant digits, in at most ten characters.

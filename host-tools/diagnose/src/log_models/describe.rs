@@ -157,6 +157,18 @@ impl<M: LogModel> Described<'_, M> {
         Instance { candidate: hypothesis.candidate, sizes }
     }
 
+    /// One sigma of the sizes of every entry with all others fitted beside it: what the log itself says of them, whatever was
+    /// chosen. Empty where some of them are one and the same to the log.
+    pub fn sigmas_beside_all(&self, after: &Pass) -> Vec<(&'static str, Vec<f64>)> {
+        let entries = self.all.iter().flat_map(|h| h.free.clone());
+        let mut places: Vec<usize> = self.fitting.model.calibrated().into_iter().chain(entries).collect();
+        places.sort_unstable();
+        places.dedup();
+        let Some(sigmas) = self.fitting.sigmas(after, &self.linearised(after).seen, &places) else { return Vec::new() };
+        let of = |column: &usize| places.binary_search(column).map_or(f64::INFINITY, |place| sigmas[place]);
+        self.all.iter().map(|h| (h.candidate.effect, h.free.iter().map(of).collect())).collect()
+    }
+
     /// Entries that were tested and not accepted, with how large they may be.
     pub fn not_named(&self, after: &Pass) -> Vec<NotNamed> {
         let linear = self.linearised(after);

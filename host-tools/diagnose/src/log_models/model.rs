@@ -57,6 +57,10 @@ pub trait LogModel: Sync {
     fn prior(&self, _column: usize) -> Option<[f64; 2]> {
         None
     }
+    /// In a sentence, where a number that is always fitted comes out as none can be: what it may stand in for.
+    fn at_odds(&self, _theta: &[f64], _sigmas: &[f64]) -> Option<String> {
+        None
+    }
     /// Least and largest value that an entry's column may have on this vehicle; beyond, something else is the cause.
     fn limits(&self, entry: &'static str, place: usize) -> [f64; 2] {
         catalogue_range(entry, place)
@@ -101,7 +105,7 @@ pub fn catalogue_range(entry: &str, place: usize) -> [f64; 2] {
 pub struct Measures {
     /// (time in s, error of a velocity in m/s).
     pub velocity: Vec<(f64, f64)>,
-    /// (time in s, error of a position in m).
+    /// (time in s, error of a position in m); not a number where the position begins anew.
     pub position: Vec<(f64, f64)>,
     /// What the position is compared with.
     pub against: Option<&'static str>,

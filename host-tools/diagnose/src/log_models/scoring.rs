@@ -17,10 +17,7 @@ const LEAST_FOR_CORRELATION: usize = 400;
 /// Scores of rows and their pass.
 pub(super) fn scores(model: &impl LogModel, layout: &Layout, pass: &Pass, rows: &[Row]) -> Scores {
     let measures = model.measures(rows, layout);
-    let judged = |errors: &[(f64, f64)]| {
-        let of: Vec<f64> = errors.iter().filter(|(t_s, _)| layout.is_judged(*t_s)).map(|(_, error)| *error).collect();
-        rms(&of)
-    };
+    let judged = |errors: &[(f64, f64)]| rms_where(errors, |t_s| layout.is_judged(t_s));
     // Share of the variance about the mean.
     let share = |of: &Unexplained| {
         let judged: Vec<_> = of.values.iter().filter(|(t_s, ..)| layout.is_judged(*t_s)).collect();
@@ -45,6 +42,12 @@ pub(super) fn scores(model: &impl LogModel, layout: &Layout, pass: &Pass, rows: 
         track: Vec::new(),
         unexplained_variance,
     }
+}
+
+/// Root mean square of the errors at some times.
+fn rms_where(errors: &[(f64, f64)], choose: impl Fn(f64) -> bool) -> Option<f64> {
+    let of = errors.iter().filter(|(t_s, error)| error.is_finite() && choose(*t_s));
+    rms(&of.map(|(_, error)| *error).collect::<Vec<_>>())
 }
 
 /// Whiteness of each channel on the data that judge.
@@ -80,9 +83,7 @@ pub(super) fn forecast_note(model: &impl LogModel, layout: &Layout, rows: [&[Row
     let is_forecast = |t_s: f64| layout.is_in(DataPart::Forecast, layout.block(t_s));
     let of = |rows: &[Row]| {
         let measures = model.measures(rows, layout);
-        let left = |errors: &[(f64, f64)]| {
-            rms(&errors.iter().filter(|(t_s, _)| is_forecast(*t_s)).map(|(_, e)| *e).collect::<Vec<_>>())
-        };
+        let left = |errors: &[(f64, f64)]| rms_where(errors, is_forecast);
         left(&measures.position).map(|m| (m, "m")).or_else(|| left(&measures.velocity).map(|mps| (mps, "m/s")))
     };
     let (before, unit) = of(rows[0])?;

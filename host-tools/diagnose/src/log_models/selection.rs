@@ -44,6 +44,8 @@ pub struct LogModelDiagnosis {
     pub sigmas: Vec<f64>,
     /// Entries that were tested and are not among them.
     pub not_named: Vec<NotNamed>,
+    /// Of every entry one sigma of its sizes with all others fitted beside it.
+    pub sigmas_beside_all: Vec<(&'static str, Vec<f64>)>,
     /// Noise taken, by channel.
     pub noise: Vec<Noise>,
     /// Before and after, on the data that judge.
@@ -87,7 +89,9 @@ pub fn run(model: &impl LogModel, log: &Log, vehicle: &VehicleFile) -> Option<Lo
     let described = describe::Described { fitting: &fitting, chosen: &chosen, all: &all, tried: round.tried as f64 };
     let (mut found, sigmas) = described.effects(&after)?;
     let not_named = described.not_named(&after);
-    let mut notes = described.notes(&not_named);
+    let sigmas_beside_all = described.sigmas_beside_all(&after);
+    let at_odds = model.at_odds(&chosen.theta, &sigmas);
+    let mut notes: Vec<String> = at_odds.iter().cloned().chain(described.notes(&not_named)).collect();
     found.extend(events.iter().map(|event| event.described(&fitting, theta, &after)));
     let refuted = found.iter().filter(|(_, of)| of.is_refuted());
     let of_refuted = |(found, of): &JudgedEffect| {
@@ -110,7 +114,7 @@ pub fn run(model: &impl LogModel, log: &Log, vehicle: &VehicleFile) -> Option<Lo
     let has_more_than_all = scores[1].unexplained_variance.iter().any(|(_, share)| *share > 1.0);
     let conditions = Conditions {
         is_refuted,
-        structure_remains: is_coloured || !named.is_empty() || !chosen.refused.is_empty(),
+        structure_remains: is_coloured || !named.is_empty() || !chosen.refused.is_empty() || at_odds.is_some(),
         has_effects: !effects.is_empty(),
         has_alternatives: is_ambiguous,
         ..Conditions::default()
@@ -141,7 +145,8 @@ pub fn run(model: &impl LogModel, log: &Log, vehicle: &VehicleFile) -> Option<Lo
     };
     let diagnosis = diagnosis.held_to(remaining, judged < FEWEST_JUDGED || has_more_than_all);
     let theta = [plain, chosen.theta];
-    Some(LogModelDiagnosis { diagnosis, theta, sigmas, not_named, noise: fitting.noise, scores, with_terms })
+    let noise = fitting.noise;
+    Some(LogModelDiagnosis { diagnosis, theta, sigmas, not_named, sigmas_beside_all, noise, scores, with_terms })
 }
 
 /// Enters everything, prunes, adds what is missed, and asks what chooses.

@@ -1,6 +1,6 @@
 //! Measurement update, scalar by scalar, with the derivatives.
 
-use super::{Filter, Kind, Residual, matrix};
+use super::{Filter, Kind, LANES, Residual, matrix};
 use crate::normal_equations::BlockEquationsBuilder;
 use crate::regressors::{self, Snapshot, Target};
 use crate::samples::{Reading, ResidualChannel, ShipAtLaunch};
@@ -235,14 +235,20 @@ impl Filter<'_> {
             let gain = ph.map(|value| value / variance);
             self.slopes_of(prediction, axis, &h);
             for (value, place) in self.ordered.iter_mut().zip(&self.place) {
-                *value = self.row[*place];
+                *value = self.row[place / LANES][place % LANES];
             }
             rows.row(t_s, innovation / sigma, &self.ordered, -1.0 / sigma);
-            let m = self.columns;
-            let noise_gain = pn.iter().map(|value| value / variance);
-            for (i, k) in gain.iter().copied().chain(noise_gain).enumerate().filter(|_| m > 0) {
-                for (slope, by) in self.slopes[i * m..][..self.live].iter_mut().zip(&self.row) {
-                    *slope -= k * by;
+            if self.columns > 0 {
+                let noise_gain = pn.iter().map(|value| value / variance);
+                self.gains.clear();
+                self.gains.extend(gain.iter().copied().chain(noise_gain));
+                let (lines, groups) = (self.lines(), self.live_groups());
+                for (group, by) in self.slopes.chunks_exact_mut(lines).zip(&self.row).take(groups) {
+                    for (line, k) in group.iter_mut().zip(&self.gains) {
+                        for j in 0..LANES {
+                            line[j] -= k * by[j];
+                        }
+                    }
                 }
             }
             self.colours.update(&ph, &pn, variance, innovation);
@@ -303,22 +309,24 @@ impl Filter<'_> {
 
     /// ∂h/∂θ of one scalar into `row`: through the state, and directly.
     fn slopes_of(&mut self, prediction: &Prediction, axis: usize, h: &[f64; 12]) {
-        let m = self.columns;
-        if m == 0 {
+        if self.columns == 0 {
             return;
         }
-        let live = self.live;
-        self.row[..live].fill(0.0);
-        for (i, factor) in h.iter().enumerate().filter(|(_, factor)| **factor != 0.0) {
-            for (value, slope) in self.row.iter_mut().zip(&self.slopes[i * m..][..live]) {
-                *value += factor * slope;
-            }
-        }
         let channel = ResidualChannel::ALL[prediction.first as usize + axis];
-        for j in self.colours.of(channel) {
-            for (value, slope) in self.row.iter_mut().zip(&self.slopes[(12 + j) * m..][..live]) {
-                *value += slope;
+        let (lines, groups) = (self.lines(), self.live_groups());
+        for (group, row) in self.slopes.chunks_exact(lines).zip(&mut self.row).take(groups) {
+            let mut sum = [0.0; LANES];
+            for (factor, line) in h.iter().zip(group).filter(|(factor, _)| **factor != 0.0) {
+                for j in 0..LANES {
+                    sum[j] += factor * line[j];
+                }
             }
+            for colour in self.colours.of(channel) {
+                for j in 0..LANES {
+                    sum[j] += group[12 + colour][j];
+                }
+            }
+            *row = sum;
         }
         let t_s = self.t_s;
         let snapshot = Snapshot {
@@ -342,7 +350,7 @@ impl Filter<'_> {
             if direct != 0.0 {
                 let active = term.onsets_s.iter().filter(|onset| **onset <= t_s).count();
                 for place in &self.place[term.first..][..active] {
-                    self.row[*place] += direct;
+                    self.row[place / LANES][place % LANES] += direct;
                 }
             }
         }

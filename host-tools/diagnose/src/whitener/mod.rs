@@ -32,6 +32,10 @@ use colour::ColourStates;
 /// Longest step of the filter, s.
 pub const STEP_S: f64 = 0.1;
 
+/// Columns that move together: their derivatives lie in the cache meanwhile.
+const LANES: usize = 8;
+type Lanes = [f64; LANES];
+
 /// What every pass over one log has in common.
 #[derive(Clone, Debug)]
 pub struct Setup {
@@ -186,7 +190,8 @@ struct Filter<'a> {
     model: Model,
     terms: Vec<Prepared>,
     columns: usize,
-    /// Where each column stands in `slopes` and `row`: by its onset, so that those that have begun come first.
+    /// Where each column stands in `slopes` and `row`, in groups of [`LANES`]: by its onset, so that those that have begun
+    /// come first.
     place: Vec<usize>,
     /// Onsets in that order, s.
     starts_s: Vec<f64>,
@@ -200,12 +205,13 @@ struct Filter<'a> {
     input: InputLine,
     /// Noise that lasts.
     colours: ColourStates,
-    /// ∂x/∂θ and ∂n/∂θ: state-major, 12 rows of `columns` and one for each colour, in the order of `place`.
-    slopes: Vec<f64>,
-    scratch: Vec<f64>,
-    /// ∂ν/∂θ of the scalar under way.
-    row: Vec<f64>,
-    /// The same in the order of the columns.
+    /// ∂x/∂θ and ∂n/∂θ of each group of columns in turn: 12 lines, and one for each colour.
+    slopes: Vec<Lanes>,
+    /// ∂ν/∂θ of the scalar under way, by the same groups.
+    row: Vec<Lanes>,
+    /// Gain of each line of `slopes`.
+    gains: Vec<f64>,
+    /// `row` in the order of the columns.
     ordered: Vec<f64>,
     /// What each effect adds to the three scalars under way, per unit of its term.
     direct: Vec<[f64; 3]>,
@@ -254,7 +260,8 @@ impl<'a> Filter<'a> {
         }
         let has_monomials = prepared.iter().any(|term| matches!(term.kind, Kind::GenericTerm { .. }));
         let has_dvl = samples.events.iter().any(|(_, event)| matches!(event, LogEvent::Reading(Reading::Dvl(_))));
-        let rows = 12 + setup.colours.len();
+        let groups = columns.div_ceil(LANES);
+        let lines = 12 + setup.colours.len();
         Some(Self {
             setup,
             model,
@@ -269,9 +276,9 @@ impl<'a> Filter<'a> {
             p: matrix::ZERO,
             input: InputLine::default(),
             colours: ColourStates::new(&setup.colours),
-            slopes: vec![0.0; rows * columns],
-            scratch: vec![0.0; rows * columns],
-            row: vec![0.0; columns],
+            slopes: vec![[0.0; LANES]; groups * lines],
+            row: vec![[0.0; LANES]; groups],
+            gains: Vec::with_capacity(lines),
             ordered: vec![0.0; columns],
             direct: Vec::with_capacity(terms.len()),
             has_monomials: has_monomials || !setup.proposed.is_empty(),
@@ -282,6 +289,16 @@ impl<'a> Filter<'a> {
 
     fn columns(&self) -> usize {
         self.columns
+    }
+
+    /// Groups of columns of which some have begun.
+    fn live_groups(&self) -> usize {
+        self.live.div_ceil(LANES)
+    }
+
+    /// Lines of a group: those of the state, and of each colour.
+    fn lines(&self) -> usize {
+        12 + self.colours.count()
     }
 
     /// Lets in the columns whose onset has come.

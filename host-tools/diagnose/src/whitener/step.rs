@@ -1,7 +1,7 @@
 //! Time update: state, covariance and derivatives from one reading to the next.
 
 use super::matrix::{self, Square};
-use super::{Filter, Kind, STEP_S};
+use super::{Filter, Kind, LANES, Lanes, STEP_S};
 use crate::regressors::{self, Snapshot, Target};
 use backseat_core::dynamics::ActuatorInput;
 use backseat_core::effects::Step;
@@ -83,30 +83,26 @@ impl Filter<'_> {
     fn step_slopes(&mut self, (step, commanded): (&Step, &ActuatorInput), f: &VehicleState, ah: &Square, d: &Square) {
         self.wake();
         let h = step.h_s;
-        let (m, live) = (self.columns, self.live);
-        if m == 0 {
+        if self.columns == 0 {
             return;
         }
-        for i in 0..12 {
-            let (row, source) = (&mut self.scratch[i * m..][..live], &self.slopes);
-            row.copy_from_slice(&source[i * m..][..live]);
-            for k in 0..12 {
-                let factor = d[i][k];
-                if factor != 0.0 {
-                    let from = &source[k * m..][..live];
-                    for j in 0..live {
-                        row[j] += factor * from[j];
+        let (lines, groups) = (self.lines(), self.live_groups());
+        for group in self.slopes.chunks_exact_mut(lines).take(groups) {
+            let before: [Lanes; 12] = std::array::from_fn(|i| group[i]);
+            for (i, line) in group.iter_mut().take(12).enumerate() {
+                let mut sum = before[i];
+                for (factor, from) in d[i].iter().zip(&before).filter(|(factor, _)| **factor != 0.0) {
+                    for j in 0..LANES {
+                        sum[j] += factor * from[j];
                     }
                 }
+                *line = sum;
+            }
+            for (line, kept) in group[12..].iter_mut().zip(self.colours.kept()) {
+                *line = line.map(|slope| kept * slope);
             }
         }
-        for (j, kept) in self.colours.kept().iter().enumerate() {
-            let rows = (12 + j) * m..(12 + j) * m + live;
-            for (to, from) in self.scratch[rows.clone()].iter_mut().zip(&self.slopes[rows]) {
-                *to = kept * from;
-            }
-        }
-        std::mem::swap(&mut self.slopes, &mut self.scratch);
+        let turned = matrix::transpose(ah);
 
         let t_s = self.t_s;
         let heading = self.heading();
@@ -139,14 +135,15 @@ impl Filter<'_> {
                         }
                     };
                     let df = (after - before) / *unit;
-                    let once = matrix::apply(ah, &df.into());
+                    let once = matrix::apply_turned(&turned, &df.into());
                     std::array::from_fn(|i| (df[i] + 0.5 * once[i]) * h)
                 }
                 _ => continue,
             };
-            for (i, value) in moved.iter().enumerate().filter(|(_, value)| **value != 0.0) {
-                for place in &self.place[term.first..][..active] {
-                    self.slopes[i * m + place] += value;
+            for place in &self.place[term.first..][..active] {
+                let group = &mut self.slopes[place / LANES * lines..][..12];
+                for (line, value) in group.iter_mut().zip(&moved) {
+                    line[place % LANES] += value;
                 }
             }
         }

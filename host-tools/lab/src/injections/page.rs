@@ -23,8 +23,8 @@ pub fn markdown(logs: &[(String, Done)], refused: &[(String, String)], seed: Opt
         all.len(),
         logs.len()
     );
-    page += "*Beyond 3 sigma*: the size is three times the standard deviation that the diagnosis itself gives for it or \
-             more. *Named*: it is among the effects named, whatever the verdict. *Intervals*: of the sizes of what is \
+    page += "*Beyond 3 sigma*: the size is three times its standard deviation or more, with all other entries and the \
+             noise as it was found fitted beside it: what the log itself can say. *Named*: it is among the effects named, whatever the verdict. *Intervals*: of the sizes of what is \
              named, and how many of the 95 % intervals hold the truth; a log may hold some of an entry that is not significant by \
              itself, and the second line counts that estimate to the truth. *Wrongly explained*: the verdict is `explained`, and \
              a name is neither what was put in nor what the log itself holds. Brackets are 95 % intervals of shares.\n\n";

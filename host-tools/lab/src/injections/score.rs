@@ -28,8 +28,8 @@ pub struct Scored {
     pub from_middle: bool,
     pub verdict: String,
     pub named: Vec<String>,
-    /// Size, with that of the log itself, over the sigma that the log has for it, the largest of its parameters; none: the log
-    /// does not tell it from others.
+    /// Size, with that of the log itself, over the sigma that the log has for it with every other entry fitted beside it, the
+    /// largest of its parameters; none: the log does not tell it from others.
     pub sigmas: Option<f64>,
     pub is_named: bool,
     /// Whether it stands among what could take the place of what is named.
@@ -71,11 +71,15 @@ pub fn of(injection: &Injection, base: &LogModelDiagnosis, found: &LogModelDiagn
     let truth = |value: &ParameterEstimate| injection.size(value.name) + of_log(own.map(|own| &own.values), value.name);
     let allowed = base.not_named.iter().find(|entry| entry.effect == effect).map(|entry| &entry.values);
     let with_own = |value: &ParameterEstimate| truth(value) + of_log(allowed, value.name);
+    // The sigma of a diagnosis takes what it did not choose as absent: beside all it is larger.
+    let beside_all = found.sigmas_beside_all.iter().find(|(name, _)| *name == effect).map(|(_, sigmas)| sigmas);
     let sigmas = values.map(|values| {
-        let of = |value: &ParameterEstimate| {
-            truth(value).abs() * 2.0 * Z_95 / (value.ci95[1] - value.ci95[0]).max(f64::MIN_POSITIVE)
+        let of = |(place, value): (usize, &ParameterEstimate)| {
+            let own = (value.ci95[1] - value.ci95[0]) / (2.0 * Z_95);
+            let sigma = beside_all.and_then(|all| all.get(place)).map_or(own, |all| own.max(*all));
+            truth(value).abs() / sigma.max(f64::MIN_POSITIVE)
         };
-        values.iter().filter(is_size).map(of).fold(0.0, f64::max)
+        values.iter().filter(is_size).enumerate().map(of).fold(0.0, f64::max)
     });
     // A log that holds the entry all along has no other size of it from the middle on.
     let sized = named.filter(|_| !(injection.from_middle && own.is_some()));

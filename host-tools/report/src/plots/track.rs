@@ -4,7 +4,7 @@ use super::axis::{Axis, extent, nice_step, plain};
 use super::decimate::{every, runs, simplify, stride};
 use super::frame::{Frame, Key, Mark, left_margin};
 use super::{Ellipse, Point, TrackPlot, is_drawable};
-use crate::palette::{FAINT, GREEN, ORANGE, SERIES, SKY, TEXT, TRUTH};
+use crate::palette::{FAINT, ORANGE, SERIES, SKY, TEXT, TRUTH};
 
 /// Square root of the 95 % quantile of chi-square with two degrees of freedom: standard deviations to the edge of the
 /// ellipse.
@@ -82,8 +82,8 @@ pub fn track(plot: &TrackPlot<'_>) -> String {
         }
         let started = plot.truth.or(plot.estimates.first().map(|(_, line)| *line)).unwrap_or_default();
         if let Some(start) = drawable(started).next() {
-            canvas.dot(start, GREEN, 6.0, 1.0);
-            canvas.ring(start, TEXT, 6.0);
+            // In no line's colour.
+            canvas.dot(start, TEXT, 6.0, 1.0);
         }
     })
 }
@@ -103,7 +103,7 @@ fn legend(
         legend.push(Key::new(*name, SERIES[i % SERIES.len()], ESTIMATE_LOOK));
     }
     if plot.truth.is_some_and(|t| !t.is_empty()) || plot.estimates.iter().any(|(_, line)| !line.is_empty()) {
-        legend.push(Key::new("start", GREEN, Mark::Dot));
+        legend.push(Key::new("start", TEXT, Mark::Dot));
     }
     if plot.ship.is_some_and(|s| !s.is_empty()) {
         legend.push(Key::new("ship", SKY, SHIP_LOOK));

@@ -212,6 +212,28 @@ impl LogModel for DeadReckoning {
         }
     }
 
+    /// At one speed u an antenna x further aft, fixes or headings x/u late and a slip of so much more are the same way.
+    fn at_odds(&self, theta: &[f64], sigmas: &[f64]) -> Option<String> {
+        if self.has_dvl {
+            return None;
+        }
+        let [mean, sigma] = SLIP.map(|share| share * self.length_m);
+        let (slip, half) = (theta[SIDESLIP], Z_95 * sigmas[SIDESLIP]);
+        let [low, high] = [mean - Z_95 * sigma, mean + Z_95 * sigma];
+        let outwards = slip + half < low;
+        (outwards || slip - half > high).then(|| {
+            let causes = if outwards {
+                "fixes that are late, or an antenna further aft"
+            } else {
+                "a heading that is late, or an antenna further ahead"
+            };
+            format!(
+                "sway in turns of {slip:.2} (±{half:.2}) m times the yaw rate is fitted, where a torpedo of {:.1} m slips by                  {low:.2} to {high:.2} m: one of {causes}. At one speed they are the same; turns at half and at full speed                  would separate them",
+                self.length_m
+            )
+        })
+    }
+
     fn is_summed(&self, _channel: ResidualChannel) -> bool {
         true
     }
@@ -229,6 +251,8 @@ impl LogModel for DeadReckoning {
         let has_truth = self.track.fixes.iter().any(|fix| fix.truth_m.is_some());
         let mut measures = Measures::default();
         for reckoned in self.reckoned(rows, layout, has_truth) {
+            // A line of the errors breaks where the reckoning begins anew.
+            measures.position.extend(reckoned.first().map(|(t_s, ..)| (*t_s, f64::NAN)));
             let mut last: Option<(f64, [f64; 2])> = None;
             for (t_s, lost_m, _) in reckoned {
                 if t_s.is_finite() && lost_m != [0.0; 2] {
@@ -350,8 +374,8 @@ pub fn run(log: &Log, vehicle: &VehicleFile, use_dvl: bool, truth: Option<&Truth
     )];
     if !has_dvl {
         notes.push(format!(
-            "sway in turns of {:.2} (±{:.2}) m times the yaw rate is always fitted, about what a torpedo's sideslip is \
-             (negative: outwards): an antenna ahead of the centre looks like it",
+            "sway in turns of {:.2} (±{:.2}) m times the yaw rate is always fitted, for a torpedo slips outwards (negative): \
+             at one speed an antenna ahead or aft, late fixes and a late heading look like it",
             found.theta[1][SIDESLIP],
             Z_95 * found.sigmas[SIDESLIP]
         ));

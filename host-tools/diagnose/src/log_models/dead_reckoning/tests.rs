@@ -246,3 +246,22 @@ fn val_a_current_that_sets_in() {
     assert!((value("north_mps") + 0.3).abs() < 0.03 && value("east_mps").abs() < 0.03, "{:?}", found.values);
     assert!((value("onset_s") - 1100.0).abs() < 60.0, "{:?}", found.values);
 }
+
+/// At one speed fixes that are four seconds late are a slip of six metres: the log does not tell the two apart, and says so.
+#[test]
+fn late_fixes_at_one_speed_are_told_as_one_of_several() {
+    let (mut log, _) = log(0.0, false);
+    let fixes: Vec<[f64; 2]> = log.rows.iter().map(|row| row.gnss_m().unwrap()).collect();
+    for (row, late) in log.rows[4..].iter_mut().zip(&fixes) {
+        row.set_all(Column::GpsX, late);
+    }
+    let found = run(&log, &VehicleFile::reference(), true, None).unwrap();
+    let d = found.diagnosis;
+    let is_named = d.effects.iter().any(|found| found.instance.candidate.effect == "gnss_delay");
+    let is_told = d.notes.iter().any(|note| note.contains("one of fixes that are late, or an antenna further aft"));
+    assert!(is_named || is_told, "{:?} {:?}", d.effects, d.notes);
+    assert!(is_named || d.verdict == Verdict::Unexplained, "{:?}", d.verdict);
+    // Beside arms and a late heading nothing is known of the delay to a second.
+    let (_, delay) = found.sigmas_beside_all.iter().find(|(effect, _)| *effect == "gnss_delay").unwrap();
+    assert!(delay[0] > 0.7, "{delay:?}");
+}

@@ -53,6 +53,8 @@ pub struct Untested {
     pub columns: Vec<Column>,
     /// Whether the log lacks what would be compared.
     pub lacks_columns: bool,
+    /// Whether it was compared, and neither holds nor is contradicted.
+    pub is_inconclusive: bool,
     /// Why it was not.
     pub why: String,
 }

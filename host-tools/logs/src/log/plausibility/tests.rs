@@ -183,5 +183,15 @@ fn the_speed_of_a_motor_says_nothing_of_the_propeller() {
     assert_eq!(messages(&log), "");
     let untested = Examination::of(&log).untested;
     let size = untested.iter().find(|test| test.test == "propeller against speed, size").unwrap();
-    assert!(size.why.contains("that of the motor"), "{}", size.why);
+    assert!(size.why.contains("that of the motor") && !size.is_inconclusive, "{}", size.why);
+}
+
+/// Sway by the DVL has neither sign where it is noise: that was compared, and is no lack of the log.
+#[test]
+fn what_was_compared_without_a_conclusion_is_inconclusive() {
+    let log = with(Column::DvlV, |v| (1e6 * v).sin());
+    let untested = Examination::of(&log).untested;
+    let compared: Vec<_> = untested.iter().filter(|test| test.is_inconclusive).collect();
+    assert!(compared.iter().any(|test| test.why.contains("slope")), "{untested:?}");
+    assert!(compared.iter().all(|test| !test.lacks_columns), "{untested:?}");
 }

@@ -129,6 +129,7 @@ pub(super) fn check(log: &Log, odd: &[Column], is_doubted: impl Fn(Column) -> bo
             test: tested.relation.name,
             columns: tested.columns(),
             lacks_columns: tested.relation.needs.iter().any(|column| !grid.has(*column)),
+            is_inconclusive: tested.outcome.is_compared,
             why: tested.outcome.evidence.clone(),
         })
         .collect();

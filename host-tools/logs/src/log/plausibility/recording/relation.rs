@@ -24,6 +24,8 @@ pub struct Outcome {
     /// Correlation of a slope whose size is known beforehand. That of a fin is not: a fin that is stuck, or a controller,
     /// ties its command to any motion.
     pub correlation: Option<f64>,
+    /// Whether anything was compared at all.
+    pub is_compared: bool,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -50,11 +52,11 @@ pub struct Demand {
 
 impl Outcome {
     pub const fn new(state: State, evidence: String) -> Self {
-        Self { state, evidence, correlation: None }
+        Self { state, evidence, correlation: None, is_compared: true }
     }
 
     pub fn untested(why: impl Into<String>) -> Self {
-        Self::new(State::Untested, why.into())
+        Self { is_compared: false, ..Self::new(State::Untested, why.into()) }
     }
 
     /// The most telling of several slopes of `y` on `x`.
@@ -93,6 +95,6 @@ impl Outcome {
         } else {
             State::Untested
         };
-        Self { state, evidence, correlation: high.is_finite().then_some(slope.correlation) }
+        Self { state, evidence, correlation: high.is_finite().then_some(slope.correlation), is_compared: true }
     }
 }
