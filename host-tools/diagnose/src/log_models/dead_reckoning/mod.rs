@@ -228,7 +228,9 @@ impl LogModel for DeadReckoning {
                 "a heading that is late, or an antenna further ahead"
             };
             format!(
-                "sway in turns of {slip:.2} (±{half:.2}) m times the yaw rate is fitted, where a torpedo of {:.1} m slips by                  {low:.2} to {high:.2} m: one of {causes}. At one speed they are the same; turns at half and at full speed                  would separate them",
+                "sway in turns of {slip:.2} (±{half:.2}) m times the yaw rate is fitted, where a torpedo of {:.1} m slips by \
+                 {low:.2} to {high:.2} m: one of {causes}. At one speed they are the same; turns at half and at full speed \
+                 would separate them",
                 self.length_m
             )
         })
