@@ -1,6 +1,5 @@
-//! Which effects the runs show: all are fitted, those that no run needs, or that do not hold in runs that they were not
-//! fitted to, are taken out, and those that stay are added again in the order of what each gains, with predictions of each
-//! run by a fit to the others.
+//! Which effects the runs show: all are fitted, those that no run needs are taken out, and those that stay are added again
+//! in the order of what each gains, with predictions of each run by a fit to the others.
 
 use super::entries::{ENTRIES, Entry};
 use super::numbers::{Numbers, Parameter, alike, difference, t_quantile};
@@ -24,8 +23,6 @@ const LEAST_GAIN: f64 = 8.0;
 const FEWEST_RUNS: usize = 4;
 /// Prior's share of the information from which a value is the prior's.
 const PRIORS: f64 = 0.5;
-/// Cost that it has to take away in runs that took no part in its fit.
-const LEAST_HELD_OUT: f64 = 4.0;
 
 /// An effect that the runs show.
 #[derive(Clone, Debug)]
@@ -112,13 +109,6 @@ impl Selected<'_> {
             idle.push(left.remove(weakest));
         }
     }
-
-    /// The effect among these that does least for runs that took no part in its fit, if that is too little.
-    fn unborne(&self, effects: &[&'static str]) -> Option<&'static str> {
-        let gains = effects.iter().map(|effect| (self.fit.held_out_gain(&self.places(effect)), *effect));
-        let (least, effect) = gains.min_by(|a, b| a.0.total_cmp(&b.0))?;
-        (least < LEAST_HELD_OUT).then_some(effect)
-    }
 }
 
 /// Whether predictions of runs that a fit had not are wanted: they take most of the time.
@@ -186,14 +176,10 @@ pub fn diagnose(
             // once the stops have been asked only the delay is in question
             let asked: Vec<&'static str> =
                 kept.iter().copied().filter(|effect| !has_asked_stops || *effect == DELAY).collect();
-            // what runs to its limit stands for something else; then what the runs do not ask for, then what does not hold
-            // in runs that it was not fitted to
+            // what runs to its limit stands for something else; then what the runs do not ask for
             let limited: Vec<&'static str> =
                 asked.iter().copied().filter(|effect| is_on_limit(&selected, effect)).take(1).collect();
-            let mut without = if limited.is_empty() { selected.idle(&asked) } else { limited };
-            if without.is_empty() {
-                without.extend(selected.unborne(&asked));
-            }
+            let without = if limited.is_empty() { selected.idle(&asked) } else { limited };
             if without.is_empty() {
                 break;
             }

@@ -10,8 +10,6 @@ use nalgebra::{DMatrix, DVector};
 
 /// The prior's share from which a number tells nothing of the runs.
 const PRIORS: f64 = 0.5;
-/// Cost of one run that counts.
-const MOST: f64 = 10.0;
 
 impl Fit {
     /// Runs that were used.
@@ -29,17 +27,10 @@ impl Fit {
     /// Values of a fit without one run, by one Gauss-Newton step from those with it.
     #[must_use]
     pub fn without(&self, run: usize) -> Vec<f64> {
-        let moved = self.information_without(run).map(|(_, moved)| moved);
-        let moved = moved.unwrap_or_else(|| DVector::zeros(self.values.len()));
-        self.values.iter().zip(moved.iter()).map(|(value, moved)| value + moved).collect()
-    }
-
-    /// Covariance without a run, and how far the values move.
-    fn information_without(&self, run: usize) -> Option<(DMatrix<f64>, DVector<f64>)> {
-        let part = self.parts.iter().find(|part| part.run == run)?;
-        let covariance = (&self.information - &part.normal).cholesky()?.inverse();
-        let moved = -(&covariance * &part.gradient);
-        Some((covariance, moved))
+        let Some(part) = self.parts.iter().find(|part| part.run == run) else { return self.values.clone() };
+        let step = (&self.information - &part.normal).cholesky().map(|factor| factor.solve(&part.gradient));
+        let step = step.unwrap_or_else(|| DVector::zeros(self.values.len()));
+        self.values.iter().zip(step.iter()).map(|(value, step)| value - step).collect()
     }
 
     /// One sigma of each value.
@@ -64,22 +55,6 @@ impl Fit {
             .collect();
         spread.usual = median(&told).unwrap_or(spread.usual);
         spread
-    }
-
-    /// Cost that some values take away in runs that took no part in their fit, each run by the fit to all others. No run
-    /// counts for more than [`MOST`]: what one run decides is not borne out by the others.
-    #[must_use]
-    pub fn held_out_gain(&self, places: &[usize]) -> f64 {
-        let of_run = |run: usize| -> Option<f64> {
-            let part = self.parts.iter().find(|part| part.run == run)?;
-            let (covariance, with) = self.information_without(run)?;
-            let here = DVector::from_column_slice(&self.values) + &with;
-            let off =
-                Gaussian { mean: here, covariance }.without(places)?.mean - DVector::from_column_slice(&self.values);
-            let cost = |moved: &DVector<f64>| moved.dot(&(&part.normal * moved)) - 2.0 * part.gradient.dot(moved);
-            Some((cost(&off) - cost(&with)).clamp(-MOST, MOST))
-        };
-        self.runs().into_iter().filter_map(of_run).sum()
     }
 
     /// Values and covariance.
