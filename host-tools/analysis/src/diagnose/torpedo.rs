@@ -69,8 +69,8 @@ pub fn compute(read: &ReadLog, declared: Option<&VehicleFile>) -> anyhow::Result
         .map_err(|message| anyhow!("{}: {message}", read.log.path.display()))?;
     notes.extend(diagnosis.notes.iter().cloned());
     if !diagnosis.found.is_empty() {
-        let candidates = "what is named is a candidate: in simulated folders of six runs more names were wrong than right \
-            (docs/results/torpedo_twins.md)";
+        let candidates =
+            "what is named is a candidate: docs/results/torpedo_twins.md counts wrong names in simulated folders";
         notes.push(candidates.to_owned());
     }
     let drifts = drifts(&diagnosis)?;
@@ -163,7 +163,7 @@ fn named(d: &TorpedoDiagnosis, name: &str) -> String {
 
 fn effects(d: &TorpedoDiagnosis) -> Table {
     let header = ["effect", "parameter", "value (95 % interval)", "p"];
-    let mut table = Table::new("Effects found; of their numbers those whose interval excludes no effect", &header);
+    let mut table = Table::new("Effects found; of their numbers those outside what the textbook leaves open", &header);
     for found in &d.found {
         let shown = found.parameters.iter().filter(|parameter| parameter.is_shown());
         for (place, parameter) in shown.enumerate() {

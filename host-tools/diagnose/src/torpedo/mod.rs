@@ -4,16 +4,19 @@
 //! entries          what such runs can show             selection   which of it they show, run by run
 //! configurations   which runs were flown alike         carry       navigation without the DVL, judged by it
 //! textbook         the model before anything is fitted      torque     the propeller's, by stops of the motor
+//! numbers          of an effect, and which are a finding
 //! ```
 
 pub mod carry;
 pub mod configurations;
 pub mod entries;
+mod numbers;
 mod selection;
 mod textbook;
 mod torque;
 
-pub use selection::{Found, HORIZONS_S, Parameter, Predictions, Step, TorpedoDiagnosis, diagnose, t_quantile};
+pub use numbers::{Parameter, t_quantile};
+pub use selection::{Found, HORIZONS_S, Predictions, Step, TorpedoDiagnosis, diagnose};
 pub use torque::Torque;
 
 use backseat_identify::short_runs::{self, Draft, Run, predict::Squares};

@@ -1,17 +1,16 @@
-//! Which effects the runs show: all are fitted, those that no run needs are taken out one by one, and those that stay are
-//! added again in the order of what each gains, with predictions of each run by a fit to the others.
+//! Which effects the runs show: all are fitted, those that no run needs are taken out, and those that stay are added again
+//! in the order of what each gains, with predictions of each run by a fit to the others.
 
-use super::entries::{ENTRIES, Entry, MOTOR_STOP};
+use super::entries::{ENTRIES, Entry};
+use super::numbers::{Numbers, Parameter, alike, difference, t_quantile};
 use super::torque::{DELAY, EFFECT as TORQUE, Torque};
 use super::{configurations, textbook};
 use backseat_identify::short_runs::predict::{Squares, open_loop};
 use backseat_identify::short_runs::recording::{Wanted, windows};
-use backseat_identify::short_runs::unknowns::{Place, coefficients, into_vehicle, of_effect};
-use backseat_identify::short_runs::{self, Draft, Fit, Problem, Run, Unknown};
+use backseat_identify::short_runs::unknowns::{coefficients, into_vehicle, of_effect};
+use backseat_identify::short_runs::{self, Draft, Fit, Problem, Run, Starts, Unknown};
 use backseat_logs::short_runs::{COMMON, Configuration, OF_CONFIGURATION};
-use backseat_logs::stats::f_tail;
 use backseat_logs::{Log, VehicleFile};
-use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 /// Horizons of the predictions, s.
@@ -24,33 +23,6 @@ const LEAST_GAIN: f64 = 8.0;
 const FEWEST_RUNS: usize = 4;
 /// Prior's share of the information from which a value is the prior's.
 const PRIORS: f64 = 0.5;
-/// Correlation from which two values are told apart badly.
-const ALIKE: f64 = 0.9;
-
-/// One number of an effect.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Parameter {
-    /// Name.
-    pub name: String,
-    /// SI unit.
-    pub unit: &'static str,
-    /// Value.
-    pub value: f64,
-    /// 95 % interval.
-    pub ci95: [f64; 2],
-    /// Value without the effect.
-    pub none: f64,
-    /// Share of the information that is the prior's.
-    pub prior_share: f64,
-}
-
-impl Parameter {
-    /// Whether the interval excludes that there is no effect.
-    #[must_use]
-    pub fn is_shown(&self) -> bool {
-        self.none < self.ci95[0] || self.none > self.ci95[1]
-    }
-}
 
 /// An effect that the runs show.
 #[derive(Clone, Debug)]
@@ -59,7 +31,7 @@ pub struct Found {
     pub entry: &'static Entry,
     /// Its numbers.
     pub parameters: Vec<Parameter>,
-    /// Probability of values so far from none by chance.
+    /// Least probability by chance of its numbers, over all that were asked.
     pub p_value: f64,
     /// Other entries whose values these runs do not tell from it, with the manoeuvre.
     pub alike: Vec<(&'static str, &'static str)>,
@@ -103,9 +75,40 @@ pub struct TorpedoDiagnosis {
     pub notes: Vec<String>,
 }
 
-struct Selected<'a> {
-    problem: Problem<'a>,
-    fit: Fit,
+pub(super) struct Selected<'a> {
+    pub(super) problem: Problem<'a>,
+    pub(super) fit: Fit,
+}
+
+impl Selected<'_> {
+    /// Places of the numbers of an effect.
+    fn places(&self, effect: &str) -> Vec<usize> {
+        let unknowns = self.problem.unknowns.iter().enumerate();
+        unknowns.filter(|(_, unknown)| unknown.effect == effect).map(|(place, _)| place).collect()
+    }
+
+    /// The model that was fitted.
+    pub(super) fn draft(&self) -> Draft {
+        self.problem.base.with(&self.problem.unknowns, &self.fit.values)
+    }
+
+    /// Effects among these that the information does not ask for, each beside those that are left.
+    fn idle(&self, effects: &[&'static str]) -> Vec<&'static str> {
+        let mut left = effects.to_vec();
+        let mut idle = Vec::new();
+        let mut gaussian = self.fit.gaussian();
+        loop {
+            let excess = |effect: &&'static str| {
+                let places = self.places(effect);
+                gaussian.gain(&places) - LEAST_GAIN - 2.0 * places.len() as f64
+            };
+            let scored = left.iter().map(excess).enumerate().min_by(|a, b| a.1.total_cmp(&b.1));
+            let Some((weakest, _)) = scored.filter(|(_, excess)| *excess < 0.0) else { return idle };
+            let Some(without) = gaussian.without(&self.places(left[weakest])) else { return idle };
+            gaussian = without;
+            idle.push(left.remove(weakest));
+        }
+    }
 }
 
 /// Whether predictions of runs that a fit had not are wanted: they take most of the time.
@@ -132,17 +135,18 @@ pub fn diagnose(
     let (vehicle, mut notes) = textbook::calibrated(declared, &runs);
     let base = Draft::of(&vehicle, configurations.len());
     let textbook_models = base.models().map_err(|error| error.to_string())?;
-    let problem = |effects: &[&'static str], torque: Option<&Torque>| {
+    let problem = |effects: &[&'static str], torque: Option<&Torque>, starts: Starts| {
         let mut unknowns = coefficients();
         effects.iter().for_each(|effect| unknowns.extend(of_effect(effect, configurations.len())));
         torque.iter().for_each(|torque| unknowns.iter_mut().for_each(|unknown| torque.inform(unknown, &base)));
-        Problem { runs: &runs, base: base.clone(), unknowns }
+        Problem { runs: &runs, base: base.clone(), unknowns, starts }
     };
     let all = |_: usize| true;
 
     let mut kept: Vec<&'static str> = ENTRIES.iter().map(|entry| entry.name).collect();
+    let asked = kept.iter().map(|effect| of_effect(effect, configurations.len()).len()).sum();
     progress("all effects");
-    let mut selected = fitted(problem(&kept, None), None, &all)?;
+    let mut selected = fitted(problem(&kept, None, Starts::Open), None, &all)?;
     let used = selected.fit.runs();
     if used.len() < FEWEST_RUNS {
         return Err(format!(
@@ -152,7 +156,6 @@ pub fn diagnose(
             if used.len() == 1 { "" } else { "s" }
         ));
     }
-    let needed = t_quantile(used.len() - 1);
     let torque_by =
         |selected: &Selected<'_>| Torque::of(&runs, &base.with(&selected.problem.unknowns, &selected.fit.values));
     // what the stops say is judged by a model that the runs need; it then stays, with the delay that it shows if that is needed
@@ -167,30 +170,23 @@ pub fn diagnose(
             kept.extend([TORQUE, DELAY]);
             progress("the propeller's torque by stops of the motor");
             let start = Some((&selected.problem.unknowns[..], &selected.fit.values[..]));
-            selected = fitted(problem(&kept, shown), start, &all)?;
+            selected = fitted(problem(&kept, shown, Starts::Open), start, &all)?;
         }
-        // first those that the information does not ask for, then those that differ from run to run by as much as they are
-        for is_by_runs in [false, true] {
-            loop {
-                let excess = |effect: &&'static str| {
-                    if is_on_limit(&selected, effect) {
-                        f64::NEG_INFINITY // it stands for something else
-                    } else if has_asked_stops && *effect != DELAY {
-                        f64::INFINITY // the runs have been asked
-                    } else if is_by_runs {
-                        evidence(&selected, effect) - needed
-                    } else {
-                        let count = of_effect(effect, configurations.len()).len() as f64;
-                        gain(&selected, effect) - LEAST_GAIN - 2.0 * count
-                    }
-                };
-                let scored = kept.iter().map(excess).enumerate().min_by(|a, b| a.1.total_cmp(&b.1));
-                let Some((weakest, _)) = scored.filter(|(_, excess)| *excess < 0.0) else { break };
-                let effect = kept.remove(weakest);
-                progress(&format!("without {effect}"));
-                let start = Some((&selected.problem.unknowns[..], &selected.fit.values[..]));
-                selected = fitted(problem(&kept, shown), start, &all)?;
+        loop {
+            // once the stops have been asked only the delay is in question
+            let asked: Vec<&'static str> =
+                kept.iter().copied().filter(|effect| !has_asked_stops || *effect == DELAY).collect();
+            // what runs to its limit stands for something else; then what the runs do not ask for
+            let limited: Vec<&'static str> =
+                asked.iter().copied().filter(|effect| is_on_limit(&selected, effect)).take(1).collect();
+            let without = if limited.is_empty() { selected.idle(&asked) } else { limited };
+            if without.is_empty() {
+                break;
             }
+            kept.retain(|effect| !without.contains(effect));
+            progress(&format!("without {}", without.join(", ")));
+            let start = Some((&selected.problem.unknowns[..], &selected.fit.values[..]));
+            selected = fitted(problem(&kept, shown, Starts::Open), start, &all)?;
         }
         torque = torque_by(&selected).or(torque);
     }
@@ -198,11 +194,13 @@ pub fn diagnose(
     if shown.is_some() {
         // the stops by the model that was chosen
         let start = Some((&selected.problem.unknowns[..], &selected.fit.values[..]));
-        selected = fitted(problem(&kept, shown), start, &all)?;
+        selected = fitted(problem(&kept, shown, Starts::Open), start, &all)?;
     }
 
     // what each of those kept gains beside all others
-    let mut gains: Vec<(f64, &'static str)> = kept.iter().map(|effect| (gain(&selected, effect), *effect)).collect();
+    let gaussian = selected.fit.gaussian();
+    let gain = |effect: &str| gaussian.gain(&selected.places(effect));
+    let mut gains: Vec<(f64, &'static str)> = kept.iter().map(|effect| (gain(effect), *effect)).collect();
     gains.sort_by(|a, b| b.0.total_cmp(&a.0));
     let order: Vec<&'static str> = gains.iter().map(|(_, effect)| *effect).collect();
 
@@ -211,6 +209,10 @@ pub fn diagnose(
         cost: None,
         held_out: per_run(&runs, |_, horizon_s| Some(open_loop(&runs, &textbook_models, horizon_s))),
     }];
+    // what is there has been found with starts as open as rows leave them; the file is to predict from a start that is measured
+    progress("held to the starts that are measured");
+    let start = Some((&selected.problem.unknowns[..], &selected.fit.values[..]));
+    let flying = fitted(problem(&order, shown, Starts::Held), start, &all)?;
     let counts = if predictions == Predictions::HeldOut { 0..order.len() + 1 } else { 0..0 };
     for count in counts {
         let name = if count == 0 { "its coefficients fitted".to_owned() } else { format!("+ {}", order[count - 1]) };
@@ -218,50 +220,44 @@ pub fn diagnose(
         let of_step = if count == order.len() {
             None
         } else {
-            let start = Some((&selected.problem.unknowns[..], &selected.fit.values[..]));
-            Some(fitted(problem(&order[..count], shown), start, &all)?)
+            let start = Some((&flying.problem.unknowns[..], &flying.fit.values[..]));
+            Some(fitted(problem(&order[..count], shown, Starts::Held), start, &all)?)
         };
-        steps.push(held_out(name, &runs, of_step.as_ref().unwrap_or(&selected)));
+        steps.push(held_out(name, &runs, of_step.as_ref().unwrap_or(&flying)));
     }
 
-    let sigmas = selected.fit.sigmas();
-    let quantile = t_quantile(used.len() - 1);
-    let parameter = |place: usize| parameter(&selected, place, sigmas[place], quantile);
-    let places = |effect: &str| -> Vec<usize> {
-        let unknowns = selected.problem.unknowns.iter().enumerate();
-        unknowns.filter(|(_, unknown)| unknown.effect == effect).map(|(place, _)| place).collect()
-    };
+    let numbers = Numbers::new(&selected, &configurations, asked);
     let found: Vec<Found> = order
         .iter()
         .filter_map(|effect| {
             let entry = super::entries::of(effect)?;
-            let of_effect = places(effect);
-            let largest = evidence(&selected, effect);
-            let mut p = f_tail(largest * largest, 1.0, (used.len() - 1) as f64) * of_effect.len() as f64;
-            let mut parameters: Vec<Parameter> = of_effect.iter().map(|&place| parameter(place)).collect();
+            let of_effect = selected.places(effect);
+            let mut parameters: Vec<Parameter> = of_effect.iter().map(|&place| numbers.of(place)).collect();
             if let (Some(torque), TORQUE, [arm]) = (shown, *effect, &mut parameters[..]) {
+                let quantile = t_quantile(used.len() - 1);
                 arm.ci95 = torque.interval(arm.value, &selected.fit, &selected.problem.unknowns, quantile);
-                p = torque.p_value;
+                arm.p_value = torque.p_value;
             }
-            parameters.extend(differences(&selected, &of_effect, &configurations, quantile));
+            parameters.extend(numbers.differences(&of_effect));
+            let p_value = parameters.iter().map(|one| one.p_value).fold(1.0, f64::min);
             // one that improves the predictions and is not certain stays in the model without being named
             let is_certain = parameters.iter().any(Parameter::is_shown);
             let alike = alike(&selected, entry, shown.is_some());
-            is_certain.then_some(Found { entry, parameters, p_value: p.min(1.0), alike })
+            is_certain.then_some(Found { entry, parameters, p_value, alike })
         })
         .collect();
-    let draft = base.with(&selected.problem.unknowns, &selected.fit.values);
+    let draft = flying.draft();
     if let Some(name) = draft.outside() {
         return Err(format!("{name} ends on the limit of its range: no answer; give a closer --vehicle"));
     }
-    let of_others = |run: usize| base.with(&selected.problem.unknowns, &selected.fit.without(run));
+    let of_others = |run: usize| base.with(&flying.problem.unknowns, &flying.fit.without(run));
     let without = (0..runs.len()).map(of_others).collect();
     let mut vehicle = into_vehicle(&vehicle, &draft, &configurations);
     textbook::set_noise(&mut vehicle, &runs, &draft.models().map_err(|error| error.to_string())?);
     vehicle.app = textbook::of_board(&runs, &vehicle, draft.dvl.scale);
     vehicle.name = format!("{}-runs", declared.name);
     set_intervals(&mut vehicle, &found);
-    let coefficients: Vec<Parameter> = places("").into_iter().map(parameter).collect();
+    let coefficients: Vec<Parameter> = selected.places("").into_iter().map(|place| numbers.of(place)).collect();
     let weak: Vec<&str> =
         coefficients.iter().filter(|one| one.prior_share > PRIORS).map(|one| one.name.as_str()).collect();
     if !weak.is_empty() {
@@ -274,7 +270,10 @@ pub fn diagnose(
     let not_shown: Vec<&'static str> = ENTRIES.iter().map(|entry| entry.name).filter(|name| !is_found(name)).collect();
     let uncertain: Vec<&str> = order.iter().copied().filter(|name| !is_found(name)).collect();
     if !uncertain.is_empty() {
-        notes.push(format!("in the model, though no interval excludes none: {}", uncertain.join(", ")));
+        notes.push(format!(
+            "in the model, though inside what the textbook leaves open or not certain over all that was asked: {}",
+            uncertain.join(", ")
+        ));
     }
     let configurations = vehicle.short_runs.clone().map(|runs| runs.configurations).unwrap_or_default();
     Ok(TorpedoDiagnosis {
@@ -309,16 +308,6 @@ fn fitted<'a>(
     Ok(Selected { problem, fit })
 }
 
-/// Sigmas by which the largest value of an effect differs from none.
-fn evidence(selected: &Selected<'_>, effect: &str) -> f64 {
-    let sigmas = selected.fit.sigmas();
-    let unknowns = selected.problem.unknowns.iter().enumerate();
-    unknowns
-        .filter(|(_, unknown)| unknown.effect == effect)
-        .map(|(place, _)| selected.fit.values[place].abs() / sigmas[place])
-        .fold(0.0, f64::max)
-}
-
 /// Whether a number of an effect has run to the end of its range.
 fn is_on_limit(selected: &Selected<'_>, effect: &str) -> bool {
     let (unknowns, values) = (&selected.problem.unknowns, &selected.fit.values);
@@ -326,128 +315,21 @@ fn is_on_limit(selected: &Selected<'_>, effect: &str) -> bool {
     unknowns.iter().any(|unknown| unknown.effect == effect && draft.is_on_limit(unknown.place))
 }
 
-/// Cost that an effect takes away beside all others, to second order: its values over their covariance.
-fn gain(selected: &Selected<'_>, effect: &str) -> f64 {
-    let unknowns = selected.problem.unknowns.iter().enumerate();
-    let places: Vec<usize> = unknowns.filter(|(_, u)| u.effect == effect).map(|(place, _)| place).collect();
-    let (covariance, all) = (&selected.fit.covariance, &selected.fit.values);
-    let own = DMatrix::from_fn(places.len(), places.len(), |i, j| covariance[(places[i], places[j])]);
-    let values = DVector::from_fn(places.len(), |i, _| all[places[i]]);
-    own.cholesky().map_or(0.0, |factor| values.dot(&factor.solve(&values)))
-}
-
-/// Two-sided 95 % quantile of Student's distribution.
-#[must_use]
-pub fn t_quantile(degrees: usize) -> f64 {
-    let degrees = degrees.max(1) as f64;
-    let (mut low, mut high) = (1.9, 13.0);
-    for _ in 0..60 {
-        let middle = 0.5 * (low + high);
-        if f_tail(middle * middle, 1.0, degrees) > 0.05 { low = middle } else { high = middle }
-    }
-    high
-}
-
-fn parameter(selected: &Selected<'_>, place: usize, sigma: f64, quantile: f64) -> Parameter {
-    let unknown = &selected.problem.unknowns[place];
-    let base = &selected.problem.base;
-    let (unit, none, declared) = match unknown.place {
-        Place::FinGain(fin) => ("1", 1.0, base.parameters.fins[fin].gain),
-        Place::HullLift => ("kg/m", 0.0, base.parameters.z_uw),
-        Place::TorqueArm => ("m", 0.0, base.parameters.torque_arm_m),
-        Place::Common(term) => (COMMON[term].unit, COMMON[term].default, base.common[term]),
-        Place::Of(term, of) => {
-            (OF_CONFIGURATION[term].unit, 0.0, base.configurations.get(of).map_or(0.0, |all| all[term]))
-        }
-        Place::DvlDelay => ("s", 0.0, base.dvl.delay_s),
-        Place::DvlYaw => ("rad", 0.0, base.dvl.yaw_rad),
-        Place::DvlScale => ("1", 0.0, base.dvl.scale),
-        _ => ("1", 0.0, 0.0),
-    };
-    let value = declared + selected.fit.values[place];
-    Parameter {
-        name: unknown.name.clone(),
-        unit,
-        value,
-        ci95: [value - quantile * sigma, value + quantile * sigma],
-        none,
-        prior_share: selected.fit.prior_share[place],
-    }
-}
-
-/// What a term of an effect differs by between the first configuration and each other one.
-fn differences(
-    selected: &Selected<'_>,
-    of_effect: &[usize],
-    configurations: &[Configuration],
-    quantile: f64,
-) -> Vec<Parameter> {
-    let unknowns = &selected.problem.unknowns;
-    let place_of = |term: usize, configuration: usize| {
-        of_effect.iter().copied().find(|&place| unknowns[place].place == Place::Of(term, configuration))
-    };
-    let mut differences = Vec::new();
-    for (term, of_term) in OF_CONFIGURATION.iter().enumerate() {
-        for configuration in 1..configurations.len() {
-            let (Some(first), Some(other)) = (place_of(term, 0), place_of(term, configuration)) else { continue };
-            let value = selected.fit.values[other] - selected.fit.values[first];
-            let half = quantile * selected.fit.sigma_of(&[(other, 1.0), (first, -1.0)]);
-            let [name, first_name] = [configuration, 0].map(|place| &configurations[place].name);
-            differences.push(Parameter {
-                name: difference(of_term.name, name, first_name),
-                unit: of_term.unit,
-                value,
-                ci95: [value - half, value + half],
-                none: 0.0,
-                prior_share: selected.fit.prior_share[other],
-            });
-        }
-    }
-    differences
-}
-
-/// Entries named as alike that are in the model too and whose values go together with the effect's, or that no fit of runs
-/// can hold beside it; what stops of the motor separate is not alike in a log that has them.
-fn alike(selected: &Selected<'_>, entry: &'static Entry, has_stops: bool) -> Vec<(&'static str, &'static str)> {
-    let covariance = &selected.fit.covariance;
-    let of = |name: &str| -> Vec<usize> {
-        let unknowns = selected.problem.unknowns.iter().enumerate();
-        unknowns.filter(|(_, u)| u.effect == name || u.name == name).map(|(place, _)| place).collect()
-    };
-    let go_together = |other: &str| {
-        of(entry.name).iter().any(|&i| {
-            of(other)
-                .iter()
-                .any(|&j| (covariance[(i, j)] / (covariance[(i, i)] * covariance[(j, j)]).sqrt()).abs() > ALIKE)
-        })
-    };
-    let is_never_fitted =
-        |other: &str| super::entries::of(other).is_none() && !selected.problem.unknowns.iter().any(|u| u.name == other);
-    let is_alike = |(other, manoeuvre): &&(&str, &str)| {
-        !(has_stops && *manoeuvre == MOTOR_STOP) && (is_never_fitted(other) || go_together(other))
-    };
-    entry.confused_with.iter().filter(is_alike).copied().collect()
-}
-
-/// What a term differs by between two configurations, in words.
-fn difference(term: &str, name: &str, first: &str) -> String {
-    format!("{term}, {name} less {first}")
-}
-
-/// Intervals into the vehicle file: of delays, and of what configurations differ by.
+/// Intervals into the vehicle file: of delays, and of what configurations differ by, where they hold its value.
 fn set_intervals(vehicle: &mut VehicleFile, found: &[Found]) {
     let Some(runs) = &mut vehicle.short_runs else { return };
-    let ci95 = |name: &str| {
+    let ci95 = |name: &str, value: f64| {
         let mut all = found.iter().flat_map(|found| &found.parameters);
-        all.find(|parameter| parameter.name == name).map(|parameter| parameter.ci95)
+        let own = all.find(|parameter| parameter.name == name).map(|parameter| parameter.ci95);
+        own.filter(|[low, high]| (*low..=*high).contains(&value))
     };
     for (term, value) in COMMON.iter().zip(&mut runs.common) {
-        value.ci95 = ci95(term.name);
+        value.ci95 = ci95(term.name, value.value);
     }
     let Some((first, others)) = runs.configurations.split_first_mut() else { return };
     for configuration in others {
         for (term, value) in OF_CONFIGURATION.iter().zip(&mut configuration.values) {
-            value.ci95 = ci95(&difference(term.name, &configuration.name, &first.name));
+            value.ci95 = ci95(&difference(term.name, &configuration.name, &first.name), value.value);
         }
     }
 }

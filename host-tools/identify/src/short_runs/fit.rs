@@ -7,7 +7,7 @@
 use super::model::{Dvl, RunModel};
 use super::predict::{CHANNELS, errors};
 use super::recording::{Run, Wanted, Window, windows};
-use super::start::{OPEN, measured_state, moved};
+use super::start::{OPEN, measured_state, moved, open};
 use super::unknowns::{Draft, Place, SPREAD, Unknown};
 use backseat_core::state::VehicleState;
 use backseat_logs::interrupt;
@@ -21,15 +21,23 @@ const HUBER: f64 = 2.5;
 /// Rows that make one independent error: windows overlap, and errors persist for a second or two.
 const CORRELATED: f64 = 6.0;
 const STARTS: usize = OPEN.len();
-/// Share of what is open of a start that the fit may use: with more of it a model that is unstable in yaw fits well, its
-/// starts being what holds it, and predicts badly from a start that is measured.
-const FREE: f64 = 0.3;
+/// Share of what is open of a start where it is to be held.
+const HELD: f64 = 0.3;
 /// Steps of the iteration at each length.
 const STEPS: usize = 60;
 /// Attempts at a step, each shorter than the last.
 const ATTEMPTS: usize = 10;
 /// A step that gains less than this share ends it.
 const SETTLED: f64 = 3e-5;
+
+/// What a fit may do with the starts of its windows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Starts {
+    /// Move them by what the rows leave open: the values are the vehicle's.
+    Open,
+    /// Hardly move them: the values are those that predict best from a start that is measured, and make up for its errors.
+    Held,
+}
 
 /// What is fitted to which runs.
 #[derive(Clone, Debug)]
@@ -40,6 +48,8 @@ pub struct Problem<'a> {
     pub base: Draft,
     /// What is fitted.
     pub unknowns: Vec<Unknown>,
+    /// What becomes of the starts.
+    pub starts: Starts,
 }
 
 /// A fit.
@@ -54,66 +64,22 @@ pub struct Fit {
     /// Robust cost, with the priors.
     pub cost: f64,
     /// Normal matrix and gradient of data and priors, and the part of each run, at the values.
-    information: DMatrix<f64>,
-    parts: Vec<Part>,
+    pub(super) information: DMatrix<f64>,
+    pub(super) parts: Vec<Part>,
 }
 
 #[derive(Clone, Debug)]
-struct Part {
-    run: usize,
-    normal: DMatrix<f64>,
-    gradient: DVector<f64>,
-}
-
-impl Fit {
-    /// Runs that were used.
-    #[must_use]
-    pub fn runs(&self) -> Vec<usize> {
-        self.parts.iter().map(|part| part.run).collect()
-    }
-
-    /// Values of a fit without one run, by one Gauss-Newton step from those with it.
-    #[must_use]
-    pub fn without(&self, run: usize) -> Vec<f64> {
-        let Some(part) = self.parts.iter().find(|part| part.run == run) else { return self.values.clone() };
-        let step = (&self.information - &part.normal).cholesky().map(|factor| factor.solve(&part.gradient));
-        let step = step.unwrap_or_else(|| DVector::zeros(self.values.len()));
-        self.values.iter().zip(step.iter()).map(|(value, step)| value - step).collect()
-    }
-
-    /// One sigma of each value: the larger of the information's, and of the spread of the values without each run.
-    #[must_use]
-    pub fn sigmas(&self) -> Vec<f64> {
-        let without = self.without_each();
-        (0..self.values.len()).map(|i| self.sigma_among(&without, &[(i, 1.0)])).collect()
-    }
-
-    /// The same of a sum of values, each times its factor.
-    #[must_use]
-    pub fn sigma_of(&self, sum: &[(usize, f64)]) -> f64 {
-        self.sigma_among(&self.without_each(), sum)
-    }
-
-    fn without_each(&self) -> Vec<Vec<f64>> {
-        self.parts.iter().map(|part| self.without(part.run)).collect()
-    }
-
-    fn sigma_among(&self, without: &[Vec<f64>], sum: &[(usize, f64)]) -> f64 {
-        let count = without.len() as f64;
-        let sums: Vec<f64> =
-            without.iter().map(|values| sum.iter().map(|(place, factor)| factor * values[*place]).sum()).collect();
-        let mean = sums.iter().sum::<f64>() / count;
-        let spread: f64 = sums.iter().map(|value| (value - mean).powi(2)).sum();
-        let jackknife = if count > 1.0 { ((count - 1.0) / count * spread).sqrt() } else { 0.0 };
-        let variance: f64 =
-            sum.iter().flat_map(|(i, a)| sum.iter().map(move |(j, b)| a * b * self.covariance[(*i, *j)])).sum();
-        jackknife.max(variance.sqrt())
-    }
+pub(super) struct Part {
+    pub(super) run: usize,
+    pub(super) normal: DMatrix<f64>,
+    pub(super) gradient: DVector<f64>,
 }
 
 struct Shot {
     window: Window,
     measured: VehicleState,
+    /// One sigma of what is open of it.
+    open: [f64; STARTS],
     deviation: SVector<f64, STARTS>,
 }
 
@@ -212,6 +178,10 @@ impl Problem<'_> {
                 window.first,
                 &Dvl { delay_s: self.base.dvl.delay_s.max(0.7), ..self.base.dvl },
             ),
+            open: match self.starts {
+                Starts::Open => open(&self.runs[window.run], window.first),
+                Starts::Held => OPEN.map(|(_, sigma)| HELD * sigma),
+            },
             deviation: SVector::zeros(),
         })
         .collect()
@@ -316,11 +286,12 @@ impl Problem<'_> {
         };
         let unknowns: Vec<Vec<f64>> =
             moved.iter().map(|(models, size)| column(&self.residuals(models, shot, &shot.deviation), *size)).collect();
-        let starts: Vec<Vec<f64>> = OPEN
+        let starts: Vec<Vec<f64>> = shot
+            .open
             .iter()
             .enumerate()
-            .map(|(place, (_, sigma))| {
-                let size = 1e-2 * FREE * sigma;
+            .map(|(place, sigma)| {
+                let size = 1e-2 * sigma;
                 let mut deviation = shot.deviation;
                 deviation[place] += size;
                 column(&self.residuals(here, shot, &deviation), size)
@@ -339,8 +310,8 @@ impl Problem<'_> {
         let border = DMatrix::from_fn(count, STARTS, |i, j| product(&unknowns[i], &starts[j]));
         let mut own = SMatrix::<f64, STARTS, STARTS>::from_fn(|i, j| product(&starts[i], &starts[j]));
         let mut start_gradient = SVector::<f64, STARTS>::from_fn(|i, _| product(&starts[i], &residual));
-        for (i, (_, sigma)) in OPEN.iter().enumerate() {
-            let weight = (FREE * sigma).powi(-2);
+        for (i, sigma) in shot.open.iter().enumerate() {
+            let weight = sigma.powi(-2);
             own[(i, i)] += weight;
             start_gradient[i] -= weight * shot.deviation[i];
         }
@@ -361,7 +332,7 @@ impl Problem<'_> {
                     .iter()
                     .map(|r| if r.abs() <= HUBER { r * r } else { HUBER * (2.0 * r.abs() - HUBER) })
                     .sum();
-                let prior: f64 = OPEN.iter().zip(deviation.iter()).map(|((_, s), d)| (d / (FREE * s)).powi(2)).sum();
+                let prior: f64 = shot.open.iter().zip(deviation.iter()).map(|(s, d)| (d / s).powi(2)).sum();
                 data / CORRELATED + prior
             })
             .collect();

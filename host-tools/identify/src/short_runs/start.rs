@@ -24,15 +24,9 @@ const WIDEST_S: f64 = 2.5;
 pub fn measured_state(run: &Run, index: usize, dvl: &Dvl) -> VehicleState {
     let here = &run.samples[index];
     let at_s = here.t_s;
-    let beside = |other: usize| run.samples.get(other).filter(|sample| (sample.t_s - at_s).abs() < WIDEST_S / 2.0);
-    let before = index.checked_sub(1).and_then(beside).unwrap_or(here);
-    let after = beside(index + 1).unwrap_or(here);
-    let span_s = after.t_s - before.t_s;
-    let rate = |axis: usize| {
-        if span_s > 0.0 { (after.attitude_rad[axis] - before.attitude_rad[axis]) / span_s } else { 0.0 }
-    };
+    let [before, after] = beside(run, index);
     let [roll, pitch, heading] = here.attitude_rad;
-    let [roll_rate, pitch_rate, heading_rate] = [rate(0), rate(1), rate(2)];
+    let [roll_rate, pitch_rate, heading_rate] = rates(before.unwrap_or(here), after.unwrap_or(here));
     let near = |sample: &&RunSample| (sample.t_s - at_s).abs() <= HALF_S;
     let depths: Vec<f64> = run.samples.iter().filter(near).map(|sample| sample.depth_m).collect();
     let is_past = |sample: &&RunSample| {
@@ -61,6 +55,20 @@ pub fn measured_state(run: &Run, index: usize, dvl: &Dvl) -> VehicleState {
     x
 }
 
+/// The rows beside a row, where they are near.
+fn beside(run: &Run, index: usize) -> [Option<&RunSample>; 2] {
+    let at_s = run.samples[index].t_s;
+    let near = |other: usize| run.samples.get(other).filter(|sample| (sample.t_s - at_s).abs() < WIDEST_S / 2.0);
+    [index.checked_sub(1).and_then(near), near(index + 1)]
+}
+
+/// Mean rates of roll, pitch, heading from one row to another, rad/s.
+fn rates(from: &RunSample, to: &RunSample) -> [f64; 3] {
+    let span_s = to.t_s - from.t_s;
+    let rate = |axis: usize| (to.attitude_rad[axis] - from.attitude_rad[axis]) / span_s;
+    if span_s > 0.0 { [rate(0), rate(1), rate(2)] } else { [0.0; 3] }
+}
+
 /// Slope of the depth over samples, m/s.
 fn depth_rate<'a>(samples: impl Iterator<Item = &'a RunSample>) -> Option<f64> {
     let points: Vec<[f64; 2]> = samples.map(|sample| [sample.t_s, sample.depth_m]).collect();
@@ -71,7 +79,8 @@ fn depth_rate<'a>(samples: impl Iterator<Item = &'a RunSample>) -> Option<f64> {
     (below > 0.0).then(|| above / below)
 }
 
-/// States that a start leaves open, and one sigma of each: loose ones would take up what the model does wrong.
+/// States that a start leaves open, and one sigma of each where the motion is steady: loose ones would take up what the
+/// model does wrong.
 pub const OPEN: [(usize, f64); 10] = [
     (PHI, 0.004),
     (THETA, 0.003),
@@ -84,6 +93,25 @@ pub const OPEN: [(usize, f64); 10] = [
     (Q, 0.006),
     (R, 0.006),
 ];
+
+/// Share of the change of a rate from before a row to after it that the rate at the row may be off by.
+const UNSTEADY: f64 = 0.5;
+
+/// One sigma of what a measured start leaves open, in the order of [`OPEN`]: more where the vehicle begins to turn or ends
+/// to, for a difference over two rows is not its rate at the row between, and where it turns, for it need not turn about
+/// the point assumed. A model held to such a start is wrong in its inertia and damping instead.
+#[must_use]
+pub fn open(run: &Run, index: usize) -> [f64; OPEN.len()] {
+    let mut sigmas = OPEN.map(|(_, sigma)| sigma);
+    if let [Some(before), Some(after)] = beside(run, index) {
+        let here = &run.samples[index];
+        let (first, next, mean) = (rates(before, here), rates(here, after), rates(before, after));
+        let change = |axis: usize| UNSTEADY * (next[axis] - first[axis]);
+        let more = [PIVOT_M * mean[2], PIVOT_M * mean[1], change(0), change(1), change(2)];
+        sigmas[5..].iter_mut().zip(more).for_each(|(sigma, more)| *sigma = sigma.hypot(more));
+    }
+    sigmas
+}
 
 /// A start moved by what is open.
 #[must_use]

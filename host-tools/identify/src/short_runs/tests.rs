@@ -1,9 +1,10 @@
 //! Runs made by the model itself: what was put in is found again, and windows are where they should be.
 
 use super::recording::{Run, RunSample, Wanted, Window, stretches, windows};
+use super::start::{OPEN, open};
 use super::stops::stops;
 use super::unknowns::{coefficients, into_vehicle, of_effect};
-use super::{Draft, Problem, predict};
+use super::{Draft, Problem, Starts, predict};
 use backseat_core::dynamics::ActuatorInput;
 use backseat_core::state::{U, VehicleState, Z};
 use backseat_logs::VehicleFile;
@@ -74,7 +75,7 @@ fn what_was_put_in_is_found_again_and_survives_the_vehicle_file() {
     for effect in ["propeller_torque", "input_delay"] {
         unknowns.extend(of_effect(effect, 1));
     }
-    let problem = Problem { runs: &runs, base: base.clone(), unknowns };
+    let problem = Problem { runs: &runs, base: base.clone(), unknowns, starts: Starts::Open };
     let start: Vec<f64> = problem.unknowns.iter().map(|unknown| unknown.prior).collect();
     let fit = problem.fit(&|_| true, &start, &[5.0, 15.0]).unwrap();
     let sigmas = fit.sigmas();
@@ -100,6 +101,20 @@ fn what_was_put_in_is_found_again_and_survives_the_vehicle_file() {
     assert!((added_kg - 0.1).abs() < 1e-9, "{added_kg}");
     let read = VehicleFile::parse(&file.to_toml("a test"), std::path::Path::new("v.toml")).unwrap();
     assert!((roll(&Draft::of(&read, 1)) - roll(&found)).abs() < 1e-9); // the same numbers
+}
+
+#[test]
+fn a_start_is_less_known_where_the_vehicle_begins_to_turn() {
+    let mut samples: Vec<RunSample> = (0..9).map(|i| sample(0.5 * f64::from(i), 2.0, 100.0)).collect();
+    // from row 4 on it turns at 0.2 rad/s
+    samples.iter_mut().for_each(|sample| sample.attitude_rad[2] = 0.2 * (sample.t_s - 2.0).max(0.0));
+    let run = run(samples);
+    let [steady, begins, turns] = [2, 4, 6].map(|index| open(&run, index));
+    // sway, and yaw rate
+    assert_eq!((steady[5], steady[9]), (OPEN[5].1, OPEN[9].1));
+    assert!(begins[9] > 0.1 && turns[9] < 0.01, "{} and {} rad/s", begins[9], turns[9]);
+    assert!(turns[5] > 0.05, "{} m/s", turns[5]);
+    assert_eq!(steady[8], turns[8]);
 }
 
 #[test]
@@ -131,7 +146,7 @@ fn a_configuration_without_runs_has_the_trim_of_the_other_and_no_moment() {
     let runs = flown(&truth, 4);
     let mut unknowns = of_effect("pitch_trim", 2);
     unknowns.extend(of_effect("speed_moment", 2));
-    let problem = Problem { runs: &runs, base: Draft::of(&vehicle, 2), unknowns };
+    let problem = Problem { runs: &runs, base: Draft::of(&vehicle, 2), unknowns, starts: Starts::Open };
     let start = vec![0.0; problem.unknowns.len()];
     let fit = problem.fit(&|_| true, &start, &[10.0]).unwrap();
     let of = |name: &str| {

@@ -54,6 +54,8 @@ pub struct Unknown {
     pub prior: f64,
     /// One sigma of the prior.
     pub sigma: f64,
+    /// What a data sheet, a mounting or a row's time leaves open of it around none: no finding.
+    pub open: [f64; 2],
 }
 
 /// The model that all values make.
@@ -171,7 +173,14 @@ const fn mass(places: &'static [usize]) -> Place {
 /// The textbook's coefficients, with the sigma of what a data sheet leaves open.
 #[must_use]
 pub fn coefficients() -> Vec<Unknown> {
-    let of = |name: &str, place, sigma| Unknown { name: name.to_owned(), effect: "", place, prior: 0.0, sigma };
+    let of = |name: &str, place, sigma| Unknown {
+        name: name.to_owned(),
+        effect: "",
+        place,
+        prior: 0.0,
+        sigma,
+        open: [0.0; 2],
+    };
     vec![
         of("ln m11", mass(&[0]), 0.08),
         of("ln m22 = m33", mass(&[1, 2]), 0.10),
@@ -199,39 +208,64 @@ const ANY: f64 = 1e3;
 /// What an entry of the catalogue adds, for so many configurations.
 #[must_use]
 pub fn of_effect(effect: &'static str, configurations: usize) -> Vec<Unknown> {
-    let one = |name: &str, place, sigma| Unknown { name: name.to_owned(), effect, place, prior: 0.0, sigma };
-    let common = |term: usize, sigma: f64| one(COMMON[term].name, Place::Common(term), sigma);
-    let each = |term: usize, sigma: f64| {
+    let one = |name: &str, place, sigma, open: [f64; 2]| {
+        let name = name.to_owned();
+        Unknown { name, effect, place, prior: 0.0, sigma, open }
+    };
+    let common = |term: usize, sigma: f64, open| one(COMMON[term].name, Place::Common(term), sigma, open);
+    let each = |term: usize, sigma: f64, open: f64| {
         (0..configurations.max(1)).map(move |configuration| Unknown {
             name: format!("{}[{configuration}]", OF_CONFIGURATION[term].name),
             effect,
             place: Place::Of(term, configuration),
             prior: 0.0,
             sigma,
+            open: [-open, open],
         })
     };
     match effect {
-        "input_delay" => vec![common(common::FIN_DELAY, 0.4), common(common::PROPELLER_DELAY, 0.4)],
-        "attitude_delay" => vec![common(common::ATTITUDE_DELAY, 0.3)],
+        // a servo and a propeller lag; a row twice a second does not say when within it the motor's speed changed
+        "input_delay" => {
+            vec![common(common::FIN_DELAY, 0.4, [-0.05, 0.2]), common(common::PROPELLER_DELAY, 0.4, [-0.25, 0.5])]
+        }
+        "attitude_delay" => vec![common(common::ATTITUDE_DELAY, 0.3, [-0.05, 0.1])],
         "fin_gain" => FIN_NAMES
             .iter()
             .enumerate()
-            .map(|(fin, name)| one(&format!("gain_{name}"), Place::FinGain(fin), 0.5))
+            .map(|(fin, name)| one(&format!("gain_{name}"), Place::FinGain(fin), 0.5, [-0.1, 0.1]))
             .collect(),
-        "propeller_torque" => vec![one("torque_arm_m", Place::TorqueArm, 0.05)],
-        "ahrs_tilt" => vec![common(common::AHRS_TILT, 0.7)],
-        "rudder_gain" => each(6, 0.3).skip(1).collect(),
-        "hull_lift" => vec![one("z_uw", Place::HullLift, 25.0)],
-        "dvl_scale" => vec![one("dvl_scale", Place::DvlScale, 0.03)],
-        "lift_curve" => vec![one("cl4", Place::LiftCurve, 3.0)],
-        "speed_moment" => each(0, 0.3).chain(each(1, 0.5)).chain(each(2, 0.5)).collect(),
-        "pitch_trim" => each(3, 0.005).collect(),
-        "roll_trim" => each(4, 0.001).collect(),
-        "buoyancy_offset" => each(5, 0.3).collect(),
-        "thrust_loss" => vec![Unknown { prior: 0.3, ..one("thrust loss, share", Place::Advance, 0.3) }],
-        "dvl_delay" => vec![Unknown { prior: 0.5, ..one("dvl_delay_s", Place::DvlDelay, 0.5) }],
-        "dvl_misalignment" => vec![one("dvl yaw_rad", Place::DvlYaw, 0.1)],
+        "propeller_torque" => vec![one("torque_arm_m", Place::TorqueArm, 0.05, [0.0; 2])],
+        "ahrs_tilt" => vec![common(common::AHRS_TILT, 0.7, [-0.1, 0.1])],
+        "rudder_gain" => each(6, 0.3, 0.1).skip(1).collect(),
+        "hull_lift" => vec![one("z_uw", Place::HullLift, 25.0, [-10.0, 10.0])],
+        "dvl_scale" => vec![one("dvl_scale", Place::DvlScale, 0.06, [-0.02, 0.02])],
+        "lift_curve" => vec![one("cl4", Place::LiftCurve, 3.0, [-1.0, 1.0])],
+        // what is open is told by the fins' lift
+        "speed_moment" => each(0, 0.3, 0.0).chain(each(1, 0.5, 0.0)).chain(each(2, 0.5, 0.0)).collect(),
+        "pitch_trim" => each(3, 0.005, 5e-4).collect(),
+        "roll_trim" => each(4, 0.001, 2e-4).collect(),
+        "buoyancy_offset" => each(5, 0.3, 0.05).collect(),
+        "thrust_loss" => {
+            vec![Unknown { prior: 0.3, ..one("thrust loss, share", Place::Advance, 0.3, [0.0, 0.4]) }]
+        }
+        "dvl_delay" => vec![Unknown { prior: 0.5, ..one("dvl_delay_s", Place::DvlDelay, 0.5, [-0.1, 0.2]) }],
+        "dvl_misalignment" => vec![one("dvl yaw_rad", Place::DvlYaw, 0.1, [-0.02, 0.02])],
         _ => Vec::new(),
+    }
+}
+
+/// Fins are set to zero this well, rad.
+const FIN_ZERO_RAD: f64 = 0.009;
+
+/// What the zero of fins with this lift leaves open of a moment with u², N s²/m: of four about the roll axis, of two about
+/// the others.
+#[must_use]
+pub fn open_moment(plant: &VehicleParameters, axis: usize) -> f64 {
+    let slope = 0.5 * plant.rho_kg_per_m3 * plant.fin_area_m2 * plant.cl[0] * FIN_ZERO_RAD;
+    let [x, y, z] = plant.fins[0].cp_m;
+    match axis {
+        0 => 2.0 * slope * y.hypot(z),
+        _ => 2.0_f64.sqrt() * slope * x.abs(),
     }
 }
 
