@@ -211,17 +211,33 @@ pub fn diagnose(
     }];
     // what is there has been found with starts as open as rows leave them; the file is to predict from a start that is measured
     progress("held to the starts that are measured");
-    let start = Some((&selected.problem.unknowns[..], &selected.fit.values[..]));
-    let flying = fitted(problem(&order, shown, Starts::Held), start, &all)?;
-    let counts = if predictions == Predictions::HeldOut { 0..order.len() + 1 } else { 0..0 };
+    let mut flown = order.clone();
+    if predictions == Predictions::HeldOut {
+        flown.extend(ENTRIES.iter().map(|entry| entry.name).filter(|name| !order.contains(name)));
+    }
+    let mut flying = fitted(problem(&flown, shown, Starts::Held), None, &all)?;
+    // what is found stays; of the rest what a prediction needs
+    loop {
+        let asked: Vec<&'static str> = flown.iter().copied().filter(|effect| !order.contains(effect)).collect();
+        let limited: Vec<&'static str> =
+            asked.iter().copied().filter(|effect| is_on_limit(&flying, effect)).take(1).collect();
+        let without = if limited.is_empty() { flying.idle(&asked) } else { limited };
+        if without.is_empty() {
+            break;
+        }
+        flown.retain(|effect| !without.contains(effect));
+        let start = Some((&flying.problem.unknowns[..], &flying.fit.values[..]));
+        flying = fitted(problem(&flown, shown, Starts::Held), start, &all)?;
+    }
+    let counts = if predictions == Predictions::HeldOut { 0..flown.len() + 1 } else { 0..0 };
     for count in counts {
-        let name = if count == 0 { "its coefficients fitted".to_owned() } else { format!("+ {}", order[count - 1]) };
+        let name = if count == 0 { "its coefficients fitted".to_owned() } else { format!("+ {}", flown[count - 1]) };
         progress(&name);
-        let of_step = if count == order.len() {
+        let of_step = if count == flown.len() {
             None
         } else {
             let start = Some((&flying.problem.unknowns[..], &flying.fit.values[..]));
-            Some(fitted(problem(&order[..count], shown, Starts::Held), start, &all)?)
+            Some(fitted(problem(&flown[..count], shown, Starts::Held), start, &all)?)
         };
         steps.push(held_out(name, &runs, of_step.as_ref().unwrap_or(&flying)));
     }
@@ -268,7 +284,7 @@ pub fn diagnose(
     }
     let is_found = |name: &&str| found.iter().any(|found| found.entry.name == *name);
     let not_shown: Vec<&'static str> = ENTRIES.iter().map(|entry| entry.name).filter(|name| !is_found(name)).collect();
-    let uncertain: Vec<&str> = order.iter().copied().filter(|name| !is_found(name)).collect();
+    let uncertain: Vec<&str> = flown.iter().copied().filter(|name| !is_found(name)).collect();
     if !uncertain.is_empty() {
         notes.push(format!(
             "in the model, though inside what the textbook leaves open or not certain over all that was asked: {}",
