@@ -4,12 +4,13 @@
 //! entries          what such runs can show             selection   which of it they show, run by run
 //! configurations   which runs were flown alike         carry       navigation without the DVL, judged by it
 //! textbook         the model before anything is fitted      torque     the propeller's, by stops of the motor
-//! numbers          of an effect, and which are a finding
+//! fitted           a model, and what of it is needed         numbers    of an effect, and which are a finding
 //! ```
 
 pub mod carry;
 pub mod configurations;
 pub mod entries;
+mod fitted;
 mod numbers;
 mod selection;
 mod textbook;

@@ -4,7 +4,7 @@
 //! would by chance (Bonferroni): with thirty numbers one and a half 95 % intervals exclude the truth.
 
 use super::entries::{Entry, MOTOR_STOP};
-use super::selection::Selected;
+use super::fitted::Fitted;
 use backseat_identify::short_runs::unknowns::{Place, open_moment};
 use backseat_logs::short_runs::{COMMON, Configuration, OF_CONFIGURATION};
 use backseat_logs::stats::f_tail;
@@ -55,7 +55,7 @@ pub fn t_quantile(degrees: usize) -> f64 {
 
 /// What makes numbers of a fit.
 pub(super) struct Numbers<'a> {
-    selected: &'a Selected<'a>,
+    fitted: &'a Fitted<'a>,
     configurations: &'a [Configuration],
     sigmas: Vec<f64>,
     degrees: usize,
@@ -64,15 +64,15 @@ pub(super) struct Numbers<'a> {
 }
 
 impl<'a> Numbers<'a> {
-    pub(super) fn new(selected: &'a Selected<'a>, configurations: &'a [Configuration], asked: usize) -> Self {
-        let (sigmas, degrees) = (selected.fit.sigmas(), selected.fit.degrees());
-        Self { selected, configurations, sigmas, degrees, asked }
+    pub(super) fn new(fitted: &'a Fitted<'a>, configurations: &'a [Configuration], asked: usize) -> Self {
+        let (sigmas, degrees) = (fitted.fit.sigmas(), fitted.fit.degrees());
+        Self { fitted, configurations, sigmas, degrees, asked }
     }
 
     /// Of one value.
     pub(super) fn of(&self, place: usize) -> Parameter {
-        let unknown = &self.selected.problem.unknowns[place];
-        let base = &self.selected.problem.base;
+        let unknown = &self.fitted.problem.unknowns[place];
+        let base = &self.fitted.problem.base;
         let (unit, none, declared) = match unknown.place {
             Place::FinGain(fin) => ("1", 1.0, base.parameters.fins[fin].gain),
             Place::HullLift => ("kg/m", 0.0, base.parameters.z_uw),
@@ -86,17 +86,17 @@ impl<'a> Numbers<'a> {
             Place::DvlScale => ("1", 0.0, base.dvl.scale),
             _ => ("1", 0.0, 0.0),
         };
-        let value = declared + self.selected.fit.values[place];
+        let value = declared + self.fitted.fit.values[place];
         let open = self.open(place).map(|open| none + open);
         self.parameter(unknown.name.clone(), unit, [value, self.sigmas[place]], open, place)
     }
 
     /// What is open of a value around none.
     fn open(&self, place: usize) -> [f64; 2] {
-        let unknown = &self.selected.problem.unknowns[place];
+        let unknown = &self.fitted.problem.unknowns[place];
         match unknown.place {
             Place::Of(axis @ 0..=2, _) => {
-                let open = open_moment(&self.selected.draft().parameters, axis);
+                let open = open_moment(&self.fitted.draft().parameters, axis);
                 [-open, open]
             }
             _ => unknown.open,
@@ -114,7 +114,7 @@ impl<'a> Numbers<'a> {
         let half = t_quantile(self.degrees) * sigma;
         let outside = (open[0] - value).max(value - open[1]).max(0.0) / sigma;
         let p_value = f_tail(outside * outside, 1.0, self.degrees as f64) * self.asked as f64;
-        let prior_share = self.selected.fit.prior_share[place];
+        let prior_share = self.fitted.fit.prior_share[place];
         Parameter {
             name,
             unit,
@@ -128,7 +128,7 @@ impl<'a> Numbers<'a> {
 
     /// What a term of an effect differs by between the first configuration and each other one.
     pub(super) fn differences(&self, of_effect: &[usize]) -> Vec<Parameter> {
-        let unknowns = &self.selected.problem.unknowns;
+        let unknowns = &self.fitted.problem.unknowns;
         let place_of = |term: usize, configuration: usize| {
             of_effect.iter().copied().find(|&place| unknowns[place].place == Place::Of(term, configuration))
         };
@@ -136,9 +136,9 @@ impl<'a> Numbers<'a> {
         for (term, of_term) in OF_CONFIGURATION.iter().enumerate() {
             for configuration in 1..self.configurations.len() {
                 let (Some(first), Some(other)) = (place_of(term, 0), place_of(term, configuration)) else { continue };
-                let values = &self.selected.fit.values;
+                let values = &self.fitted.fit.values;
                 let value = values[other] - values[first];
-                let sigma = self.selected.fit.sigma_of(&[(other, 1.0), (first, -1.0)]);
+                let sigma = self.fitted.fit.sigma_of(&[(other, 1.0), (first, -1.0)]);
                 let [name, first_name] = [configuration, 0].map(|place| &self.configurations[place].name);
                 let name = difference(of_term.name, name, first_name);
                 differences.push(self.parameter(name, of_term.unit, [value, sigma], self.open(other), other));
@@ -150,14 +150,10 @@ impl<'a> Numbers<'a> {
 
 /// Entries named as alike that are in the model too and whose values go together with the effect's, or that no fit of runs
 /// can hold beside it; what stops of the motor separate is not alike in a log that has them.
-pub(super) fn alike(
-    selected: &Selected<'_>,
-    entry: &'static Entry,
-    has_stops: bool,
-) -> Vec<(&'static str, &'static str)> {
-    let covariance = &selected.fit.covariance;
+pub(super) fn alike(fitted: &Fitted<'_>, entry: &'static Entry, has_stops: bool) -> Vec<(&'static str, &'static str)> {
+    let covariance = &fitted.fit.covariance;
     let of = |name: &str| -> Vec<usize> {
-        let unknowns = selected.problem.unknowns.iter().enumerate();
+        let unknowns = fitted.problem.unknowns.iter().enumerate();
         unknowns.filter(|(_, u)| u.effect == name || u.name == name).map(|(place, _)| place).collect()
     };
     let go_together = |other: &str| {
@@ -168,7 +164,7 @@ pub(super) fn alike(
         })
     };
     let is_never_fitted =
-        |other: &str| super::entries::of(other).is_none() && !selected.problem.unknowns.iter().any(|u| u.name == other);
+        |other: &str| super::entries::of(other).is_none() && !fitted.problem.unknowns.iter().any(|u| u.name == other);
     let is_alike = |(other, manoeuvre): &&(&str, &str)| {
         !(has_stops && *manoeuvre == MOTOR_STOP) && (is_never_fitted(other) || go_together(other))
     };

@@ -2,13 +2,14 @@
 //! in the order of what each gains, with predictions of each run by a fit to the others.
 
 use super::entries::{ENTRIES, Entry};
+use super::fitted::Fitted;
 use super::numbers::{Numbers, Parameter, alike, difference, t_quantile};
 use super::torque::{DELAY, EFFECT as TORQUE, Torque};
 use super::{configurations, textbook};
 use backseat_identify::short_runs::predict::{Squares, open_loop};
 use backseat_identify::short_runs::recording::{Wanted, windows};
 use backseat_identify::short_runs::unknowns::{coefficients, into_vehicle, of_effect};
-use backseat_identify::short_runs::{self, Draft, Fit, Problem, Run, Starts, Unknown};
+use backseat_identify::short_runs::{self, Draft, Problem, Run, Starts, Unknown};
 use backseat_logs::short_runs::{COMMON, Configuration, OF_CONFIGURATION};
 use backseat_logs::{Log, VehicleFile};
 use rayon::prelude::*;
@@ -17,8 +18,6 @@ use rayon::prelude::*;
 pub const HORIZONS_S: [f64; 3] = [5.0, 10.0, 20.0];
 /// Lengths of the windows as the fit proceeds: short ones converge from afar.
 const LENGTHS_S: [f64; 3] = [5.0, 10.0, 20.0];
-/// Cost that an effect has to take away, beside 2 for each of its numbers (Akaike).
-const LEAST_GAIN: f64 = 8.0;
 /// Fewer runs say nothing of how far a value differs from run to run.
 const FEWEST_RUNS: usize = 4;
 /// Prior's share of the information from which a value is the prior's.
@@ -75,42 +74,6 @@ pub struct TorpedoDiagnosis {
     pub notes: Vec<String>,
 }
 
-pub(super) struct Selected<'a> {
-    pub(super) problem: Problem<'a>,
-    pub(super) fit: Fit,
-}
-
-impl Selected<'_> {
-    /// Places of the numbers of an effect.
-    fn places(&self, effect: &str) -> Vec<usize> {
-        let unknowns = self.problem.unknowns.iter().enumerate();
-        unknowns.filter(|(_, unknown)| unknown.effect == effect).map(|(place, _)| place).collect()
-    }
-
-    /// The model that was fitted.
-    pub(super) fn draft(&self) -> Draft {
-        self.problem.base.with(&self.problem.unknowns, &self.fit.values)
-    }
-
-    /// Effects among these that the information does not ask for, each beside those that are left.
-    fn idle(&self, effects: &[&'static str]) -> Vec<&'static str> {
-        let mut left = effects.to_vec();
-        let mut idle = Vec::new();
-        let mut gaussian = self.fit.gaussian();
-        loop {
-            let excess = |effect: &&'static str| {
-                let places = self.places(effect);
-                gaussian.gain(&places) - LEAST_GAIN - 2.0 * places.len() as f64
-            };
-            let scored = left.iter().map(excess).enumerate().min_by(|a, b| a.1.total_cmp(&b.1));
-            let Some((weakest, _)) = scored.filter(|(_, excess)| *excess < 0.0) else { return idle };
-            let Some(without) = gaussian.without(&self.places(left[weakest])) else { return idle };
-            gaussian = without;
-            idle.push(left.remove(weakest));
-        }
-    }
-}
-
 /// Whether predictions of runs that a fit had not are wanted: they take most of the time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Predictions {
@@ -157,7 +120,7 @@ pub fn diagnose(
         ));
     }
     let torque_by =
-        |selected: &Selected<'_>| Torque::of(&runs, &base.with(&selected.problem.unknowns, &selected.fit.values));
+        |selected: &Fitted<'_>| Torque::of(&runs, &base.with(&selected.problem.unknowns, &selected.fit.values));
     // what the stops say is judged by a model that the runs need; it then stays, with the delay that it shows if that is needed
     let mut torque: Option<Torque> = None;
     for has_asked_stops in [false, true] {
@@ -312,7 +275,7 @@ fn fitted<'a>(
     problem: Problem<'a>,
     start: Option<(&[Unknown], &[f64])>,
     is_used: &(dyn Fn(usize) -> bool + Sync),
-) -> Result<Selected<'a>, String> {
+) -> Result<Fitted<'a>, String> {
     let from = |unknown: &Unknown| {
         let (known, values) = start?;
         known.iter().position(|other| other.name == unknown.name).map(|place| values[place])
@@ -321,11 +284,11 @@ fn fitted<'a>(
     let lengths_s = if start.is_some() { &LENGTHS_S[2..] } else { &LENGTHS_S[..] };
     let fit = problem.fit(is_used, &values, lengths_s);
     let fit = fit.ok_or("no run is deeper than 0.5 m at speed for 3 s, or the fit does not converge")?;
-    Ok(Selected { problem, fit })
+    Ok(Fitted { problem, fit })
 }
 
 /// Whether a number of an effect has run to the end of its range.
-fn is_on_limit(selected: &Selected<'_>, effect: &str) -> bool {
+fn is_on_limit(selected: &Fitted<'_>, effect: &str) -> bool {
     let (unknowns, values) = (&selected.problem.unknowns, &selected.fit.values);
     let draft = selected.problem.base.with(unknowns, values);
     unknowns.iter().any(|unknown| unknown.effect == effect && draft.is_on_limit(unknown.place))
@@ -362,7 +325,7 @@ fn per_run(runs: &[Run], mut of: impl FnMut(usize, f64) -> Option<Vec<Squares>>)
 }
 
 /// Predictions of each run by a fit without it.
-fn held_out(name: String, runs: &[Run], selected: &Selected<'_>) -> Step {
+fn held_out(name: String, runs: &[Run], selected: &Fitted<'_>) -> Step {
     let wanted = Wanted { depth_m: 0.5, powered: true, speed_mps: 0.0 };
     let mut used: Vec<usize> =
         windows(runs, wanted, HORIZONS_S[0], HORIZONS_S[0]).iter().map(|window| window.run).collect();
