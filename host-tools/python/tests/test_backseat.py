@@ -104,7 +104,7 @@ class WrongInput(unittest.TestCase):
             (lambda: backseat.Log.from_columns({"t_s": [0.0, 1.0], "depth_m": [1.0]}), "depth_m has 1 values, t_s has 2"),
             (lambda: backseat.Log.from_columns({"t_s": [1.0, 0.0]}), "sort the rows by time"),
             (lambda: backseat.Log.from_columns({"t_s": [float("nan")]}), "expected seconds"),
-            (lambda: backseat.navigate(DIVE, model="quick"), "expected robust, nominal or kinematic"),
+            (lambda: backseat.navigate(DIVE, model="quick"), "expected robust, nominal, thesis or kinematic"),
             (lambda: backseat.identify(DIVE, method="magic"), "output-error"),
             (lambda: backseat.Vehicle().replace({"vehicle.mass": 1.0}), "vehicle.mass"),
             (lambda: backseat.Vehicle().replace({"vehicle.mass_kg": -1.0}), "mass_kg"),
