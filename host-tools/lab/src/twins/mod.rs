@@ -44,7 +44,7 @@ pub struct Args {
 /// Simulates, diagnoses and tabulates.
 ///
 /// # Errors
-/// A folder that cannot be written, a diagnosis that fails.
+/// A folder that cannot be written or read.
 pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
     let seeds = args.first_seed..args.first_seed + args.runs;
     let jobs: Vec<(Key, Wanted)> = seeds
@@ -70,13 +70,13 @@ fn twin(seed: u64, wanted: Wanted, flown: usize) -> anyhow::Result<Twin> {
     let folder = tempfile::tempdir()?;
     let (runs, hidden) = runs::simulate(wanted, seed, flown);
     runs::write(&runs, &hidden, seed, folder.path())?;
-    Ok(Twin::of(&hidden.effects, &found_in(folder.path())?))
+    Ok(Twin::of(&hidden.effects, found_in(folder.path())?))
 }
 
-/// What is named in a folder of runs.
-fn found_in(folder: &Path) -> anyhow::Result<Vec<torpedo::Found>> {
+/// What is named in a folder of runs, or why it is refused.
+fn found_in(folder: &Path) -> anyhow::Result<Result<Vec<torpedo::Found>, String>> {
     let read = ReadLog::of(folder, None)?;
     let vehicle = backseat_analysis::diagnose::torpedo::textbook();
     let diagnosis = torpedo::diagnose(&read.log, &vehicle, torpedo::Predictions::LeftOut, &mut |_| ());
-    Ok(diagnosis.map_err(|message| anyhow::anyhow!("{}: {message}", folder.display()))?.found)
+    Ok(diagnosis.map(|diagnosis| diagnosis.found))
 }

@@ -34,8 +34,14 @@ pub fn markdown(twins: &[Twin], first_seed: u64, flown: usize) -> String {
     table.add_row(["first cause is one of those hidden", "95 %", &share(&with, &|twin| twin.is_first_right())]);
     table.add_row(["or is said to be like one", "-", &share(&with, &|twin| twin.is_first_right_or_alike())]);
     table.add_row(["hidden effects that are named", "-", &Share { hits: found, of: hidden }.text()]);
-    table.add_row(["nothing hidden, nothing named", "99 %", &share(&without, &|twin| twin.named.is_empty())]);
+    table.add_row([
+        "nothing hidden, nothing named",
+        "99 %",
+        &share(&without, &|twin| twin.named.is_empty() && twin.refused.is_none()),
+    ]);
     table.add_row(["entries that are not there and named", "below 1 %", &Share { hits: alarms, of: absent }.text()]);
+    let all: Vec<&Twin> = twins.iter().collect();
+    table.add_row(["data sets that are refused", "-", &share(&all, &|twin| twin.refused.is_some())]);
     let covered = Share { hits: sum(|twin| twin.covered), of: sum(|twin| twin.sized) };
     table.add_row(["95 % intervals that hold the number hidden", "93 to 97 %", &covered.text()]);
     let _ = writeln!(page, "{table}\n\n## By effect\n");
@@ -65,7 +71,8 @@ pub fn markdown(twins: &[Twin], first_seed: u64, flown: usize) -> String {
             _ => "no",
         };
         let or_nothing = |list: &[String]| if list.is_empty() { "-".to_owned() } else { list.join(", ") };
-        table.add_row([seed.to_string(), or_nothing(&hidden), or_nothing(&twin.named), first.to_owned()]);
+        let named = twin.refused.as_ref().map_or_else(|| or_nothing(&twin.named), |why| format!("refused: {why}"));
+        table.add_row([seed.to_string(), or_nothing(&hidden), named, first.to_owned()]);
     }
     let _ = writeln!(page, "{table}");
     wrapped(&page)

@@ -11,6 +11,8 @@ pub struct Twin {
     pub hidden: Vec<(String, String)>,
     /// Effects named, strongest first.
     pub named: Vec<String>,
+    /// Why the data set is refused: nothing is named then.
+    pub refused: Option<String>,
     /// Of the first named: those that it is said to be like.
     pub alike: Vec<String>,
     /// Numbers of what is hidden and named that the diagnosis gives, and those inside their interval.
@@ -21,7 +23,11 @@ pub struct Twin {
 
 impl Twin {
     /// Compares what is named with what is hidden.
-    pub fn of(hidden: &[Effect], found: &[Found]) -> Self {
+    pub fn of(hidden: &[Effect], found: Result<Vec<Found>, String>) -> Self {
+        let (found, refused) = match found {
+            Ok(found) => (found, None),
+            Err(why) => (Vec::new(), Some(why)),
+        };
         let (mut sized, mut covered) = (0, 0);
         for effect in hidden {
             let (name, value) = effect.number;
@@ -38,6 +44,7 @@ impl Twin {
         Self {
             hidden: hidden.iter().map(words).collect(),
             named: found.iter().map(|found| found.entry.name.to_owned()).collect(),
+            refused,
             alike: first.iter().map(|(name, _)| (*name).to_owned()).collect(),
             sized,
             covered,
@@ -79,6 +86,7 @@ mod tests {
             hidden: hidden.iter().map(|name| ((*name).to_owned(), String::new())).collect(),
             named: named.iter().map(|name| (*name).to_owned()).collect(),
             alike: alike.iter().map(|name| (*name).to_owned()).collect(),
+            refused: None,
             sized: 0,
             covered: 0,
         };
