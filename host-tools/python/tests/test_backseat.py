@@ -121,6 +121,8 @@ class Results(unittest.TestCase):
     """What a notebook shows of them."""
 
     def test_ctrl_c_ends_the_work(self):
+        # a shell's background commands ignore it
+        self.addCleanup(signal.signal, signal.SIGINT, signal.signal(signal.SIGINT, signal.default_int_handler))
         with tempfile.TemporaryDirectory() as folder:
             threading.Timer(0.5, os.kill, (os.getpid(), signal.SIGINT)).start()
             with self.assertRaises(KeyboardInterrupt):
