@@ -97,7 +97,7 @@ pub fn fusion(record: &FusionRecord) -> FusionTelemetry {
             FusionOutcome::Gated => 1,
             FusionOutcome::Invalid => 2,
             FusionOutcome::StaleClone => 3,
-            FusionOutcome::Far => 4,
+            FusionOutcome::PositionUncertain => 4,
         },
         time_us: record.time_us,
         innovation: record.innovation,

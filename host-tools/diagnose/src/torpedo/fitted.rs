@@ -1,6 +1,6 @@
 //! A model that was fitted, and which of its effects the information does not ask for.
 
-use backseat_identify::short_runs::{Draft, Fit, Problem};
+use backseat_identify::short_runs::{Draft, Fit, Problem, Unknown};
 
 /// Cost that an effect has to take away, beside 2 for each of its numbers (Akaike).
 const LEAST_GAIN: f64 = 8.0;
@@ -23,8 +23,23 @@ impl Fitted<'_> {
         self.problem.base.with(&self.problem.unknowns, &self.fit.values)
     }
 
+    /// What was fitted, with its values: where another fit starts.
+    pub(super) fn start(&self) -> Option<(&[Unknown], &[f64])> {
+        Some((&self.problem.unknowns, &self.fit.values))
+    }
+
+    /// Effects among these to be taken out: one that runs to its limit stands for something else; without such, those that
+    /// the information does not ask for.
+    pub(super) fn superfluous(&self, effects: &[&'static str]) -> Vec<&'static str> {
+        let draft = self.draft();
+        let is_on_limit = |effect: &&&'static str| {
+            self.places(effect).into_iter().any(|place| draft.is_on_limit(self.problem.unknowns[place].place))
+        };
+        effects.iter().find(is_on_limit).map_or_else(|| self.idle(effects), |effect| vec![*effect])
+    }
+
     /// Effects among these that the information does not ask for, each beside those that are left.
-    pub(super) fn idle(&self, effects: &[&'static str]) -> Vec<&'static str> {
+    fn idle(&self, effects: &[&'static str]) -> Vec<&'static str> {
         let mut left = effects.to_vec();
         let mut idle = Vec::new();
         let mut gaussian = self.fit.gaussian();

@@ -119,8 +119,7 @@ pub fn diagnose(
             if used.len() == 1 { "" } else { "s" }
         ));
     }
-    let torque_by =
-        |selected: &Fitted<'_>| Torque::of(&runs, &base.with(&selected.problem.unknowns, &selected.fit.values));
+    let torque_by = |selected: &Fitted<'_>| Torque::of(&runs, &selected.draft());
     // what the stops say is judged by a model that the runs need; it then stays, with the delay that it shows if that is needed
     let mut torque: Option<Torque> = None;
     for has_asked_stops in [false, true] {
@@ -132,32 +131,26 @@ pub fn diagnose(
             kept.retain(|effect| *effect != TORQUE && *effect != DELAY);
             kept.extend([TORQUE, DELAY]);
             progress("the propeller's torque by stops of the motor");
-            let start = Some((&selected.problem.unknowns[..], &selected.fit.values[..]));
-            selected = fitted(problem(&kept, shown, Starts::Open), start, &all)?;
+            selected = fitted(problem(&kept, shown, Starts::Open), selected.start(), &all)?;
         }
         loop {
             // once the stops have been asked only the delay is in question
             let asked: Vec<&'static str> =
                 kept.iter().copied().filter(|effect| !has_asked_stops || *effect == DELAY).collect();
-            // what runs to its limit stands for something else; then what the runs do not ask for
-            let limited: Vec<&'static str> =
-                asked.iter().copied().filter(|effect| is_on_limit(&selected, effect)).take(1).collect();
-            let without = if limited.is_empty() { selected.idle(&asked) } else { limited };
+            let without = selected.superfluous(&asked);
             if without.is_empty() {
                 break;
             }
             kept.retain(|effect| !without.contains(effect));
             progress(&format!("without {}", without.join(", ")));
-            let start = Some((&selected.problem.unknowns[..], &selected.fit.values[..]));
-            selected = fitted(problem(&kept, shown, Starts::Open), start, &all)?;
+            selected = fitted(problem(&kept, shown, Starts::Open), selected.start(), &all)?;
         }
         torque = torque_by(&selected).or(torque);
     }
     let shown = torque.as_ref().filter(|torque| torque.is_shown() && kept.contains(&TORQUE));
     if shown.is_some() {
         // the stops by the model that was chosen
-        let start = Some((&selected.problem.unknowns[..], &selected.fit.values[..]));
-        selected = fitted(problem(&kept, shown, Starts::Open), start, &all)?;
+        selected = fitted(problem(&kept, shown, Starts::Open), selected.start(), &all)?;
     }
 
     // what each of those kept gains beside all others
@@ -182,15 +175,12 @@ pub fn diagnose(
     // what is found stays; of the rest what a prediction needs
     loop {
         let asked: Vec<&'static str> = flown.iter().copied().filter(|effect| !order.contains(effect)).collect();
-        let limited: Vec<&'static str> =
-            asked.iter().copied().filter(|effect| is_on_limit(&flying, effect)).take(1).collect();
-        let without = if limited.is_empty() { flying.idle(&asked) } else { limited };
+        let without = flying.superfluous(&asked);
         if without.is_empty() {
             break;
         }
         flown.retain(|effect| !without.contains(effect));
-        let start = Some((&flying.problem.unknowns[..], &flying.fit.values[..]));
-        flying = fitted(problem(&flown, shown, Starts::Held), start, &all)?;
+        flying = fitted(problem(&flown, shown, Starts::Held), flying.start(), &all)?;
     }
     let counts = if predictions == Predictions::HeldOut { 0..flown.len() + 1 } else { 0..0 };
     for count in counts {
@@ -199,8 +189,7 @@ pub fn diagnose(
         let of_step = if count == flown.len() {
             None
         } else {
-            let start = Some((&flying.problem.unknowns[..], &flying.fit.values[..]));
-            Some(fitted(problem(&flown[..count], shown, Starts::Held), start, &all)?)
+            Some(fitted(problem(&flown[..count], shown, Starts::Held), flying.start(), &all)?)
         };
         steps.push(held_out(name, &runs, of_step.as_ref().unwrap_or(&flying)));
     }
@@ -285,13 +274,6 @@ fn fitted<'a>(
     let fit = problem.fit(is_used, &values, lengths_s);
     let fit = fit.ok_or("no run is deeper than 0.5 m at speed for 3 s, or the fit does not converge")?;
     Ok(Fitted { problem, fit })
-}
-
-/// Whether a number of an effect has run to the end of its range.
-fn is_on_limit(selected: &Fitted<'_>, effect: &str) -> bool {
-    let (unknowns, values) = (&selected.problem.unknowns, &selected.fit.values);
-    let draft = selected.problem.base.with(unknowns, values);
-    unknowns.iter().any(|unknown| unknown.effect == effect && draft.is_on_limit(unknown.place))
 }
 
 /// Intervals into the vehicle file: of delays, and of what configurations differ by, where they hold its value.

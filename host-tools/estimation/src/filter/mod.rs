@@ -448,11 +448,11 @@ impl<'a> Pass<'a> {
                 .notes
                 .push(format!("{count} range rates not used: the ship's velocity at their launch is not known"));
         }
-        let far = self.consistency.tally(Sensor::RangeRate).far;
-        if far > 0 {
+        let left_out = self.consistency.tally(Sensor::RangeRate).position_uncertain;
+        if left_out > 0 {
             let within_m = self.navigator.config().range_rate_within_m;
             self.run.notes.push(format!(
-                "{far} range rates not used: the position was uncertain by more than {within_m} m, and they turn with the \
+                "{left_out} range rates not used: the position was uncertain by more than {within_m} m, and they turn with the \
                  bearing"
             ));
         }

@@ -247,7 +247,7 @@ pub enum FusionOutcome {
     /// Its clone had been dropped.
     StaleClone,
     /// A range rate while the position is too uncertain for it: not used, and no contradiction. NaN, as if invalid.
-    Far,
+    PositionUncertain,
 }
 
 /// The one record that every scalar fusion leaves.

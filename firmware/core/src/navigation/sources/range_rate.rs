@@ -28,7 +28,7 @@ pub(crate) fn observe(
     out: &mut Observations,
 ) -> Result<(), Refused> {
     if p.get(X, X) + p.get(Y, Y) > config.range_rate_within_m * config.range_rate_within_m {
-        return Err(FusionOutcome::Far);
+        return Err(FusionOutcome::PositionUncertain);
     }
     let path = Path::new(x, path, config);
     let path = path.as_ref().map_err(|refused| *refused)?;

@@ -16,7 +16,7 @@ pub struct NisTally {
     /// Invalid scalars and stale clones.
     pub invalid: u32,
     /// Range rates while the position was too uncertain for them.
-    pub far: u32,
+    pub position_uncertain: u32,
 }
 
 impl NisTally {
@@ -37,7 +37,10 @@ impl Consistency {
     /// Empty.
     #[must_use]
     pub const fn new() -> Self {
-        Self { tallies: [NisTally { sum: 0.0, count: 0, rejected: 0, invalid: 0, far: 0 }; Sensor::ALL.len()] }
+        Self {
+            tallies: [NisTally { sum: 0.0, count: 0, rejected: 0, invalid: 0, position_uncertain: 0 };
+                Sensor::ALL.len()],
+        }
     }
 
     /// Adds one record.
@@ -50,7 +53,7 @@ impl Consistency {
             }
             FusionOutcome::Gated => tally.rejected = tally.rejected.saturating_add(1),
             FusionOutcome::Invalid | FusionOutcome::StaleClone => tally.invalid = tally.invalid.saturating_add(1),
-            FusionOutcome::Far => tally.far = tally.far.saturating_add(1),
+            FusionOutcome::PositionUncertain => tally.position_uncertain = tally.position_uncertain.saturating_add(1),
         }
     }
 

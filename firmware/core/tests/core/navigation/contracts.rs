@@ -281,3 +281,46 @@ fn initial_states_say_what_they_know() {
     assert_eq!(navigator.main().ship_state().unwrap()[..2], [5.0, 6.0]);
     assert_eq!(navigator.main().ship_position_covariance(), Some([0.25, 0.0, 0.25]));
 }
+
+#[test]
+fn a_range_rate_far_from_certain_is_left_out_but_in_the_filter_of_the_thesis() {
+    let mut thesis = NavigationConfig::REFERENCE;
+    thesis.make_as_in_thesis();
+    let rate = Measurement::RangeRate { path: reported([300.0, 0.0]), range_rate_mps: -0.95 };
+    let outcome = |config: &NavigationConfig, sigma_m: f64, measurement: &Measurement| {
+        let mut navigator = navigator(config);
+        let mut start = initial();
+        (start.sigma[0], start.sigma[1]) = (sigma_m, sigma_m);
+        navigator.initialise(0, &start).unwrap();
+        let fusions = navigator.fuse(measurement);
+        let moved = *navigator.state() != start.state;
+        (fusions.iter().next().unwrap().outcome, moved)
+    };
+    // at 1 m/s towards the ship; sqrt(2) sigma is what counts: 49.5 and 50.9 m
+    assert_eq!(outcome(&NavigationConfig::REFERENCE, 35.0, &rate), (FusionOutcome::Fused, true));
+    assert_eq!(outcome(&NavigationConfig::REFERENCE, 36.0, &rate), (FusionOutcome::PositionUncertain, false));
+    assert_eq!(outcome(&thesis, 36.0, &rate), (FusionOutcome::Fused, true));
+    // beyond the gate of five sigmas, and used all the same
+    let deep = Measurement::Depth { z_m: initial().state[2] + 1.0e3 };
+    assert_eq!(outcome(&NavigationConfig::REFERENCE, 1.0, &deep), (FusionOutcome::Gated, false));
+    let depth_sigma_m = initial().sigma[2];
+    let deep = Measurement::Depth { z_m: initial().state[2] + 50.0 * depth_sigma_m.hypot(thesis.sensors.depth_m) };
+    assert_eq!(outcome(&thesis, 1.0, &deep), (FusionOutcome::Fused, true));
+}
+
+#[test]
+fn what_is_left_out_is_counted_apart() {
+    let record = FusionRecord {
+        sensor: Sensor::RangeRate,
+        axis: 0,
+        time_us: 0,
+        innovation: f64::NAN,
+        variance: f64::NAN,
+        test_ratio: f64::NAN,
+        outcome: FusionOutcome::PositionUncertain,
+    };
+    let mut consistency = Consistency::new();
+    consistency.add(&record);
+    let tally = consistency.tally(Sensor::RangeRate);
+    assert_eq!((tally.position_uncertain, tally.rejected, tally.invalid, tally.count), (1, 0, 0, 0));
+}
