@@ -109,7 +109,9 @@ pub fn diagnose(
     let mut kept: Vec<&'static str> = ENTRIES.iter().map(|entry| entry.name).collect();
     let asked = kept.iter().map(|effect| of_effect(effect, configurations.len()).len()).sum();
     progress("all effects");
-    let mut selected = fitted(problem(&kept, None, Starts::Open), None, &all)?;
+    // with open starts alone the scale of the moments can end far off; from a fit that is held to its starts it does not
+    let held = fitted(problem(&kept, None, Starts::Held), None, &all)?;
+    let mut selected = fitted(problem(&kept, None, Starts::Open), held.start(), &all)?;
     let used = selected.fit.runs();
     if used.len() < FEWEST_RUNS {
         return Err(format!(
@@ -269,7 +271,8 @@ fn fitted<'a>(
         let (known, values) = start?;
         known.iter().position(|other| other.name == unknown.name).map(|place| values[place])
     };
-    let values: Vec<f64> = problem.unknowns.iter().map(|unknown| from(unknown).unwrap_or(unknown.prior)).collect();
+    let value = |unknown: &Unknown| from(unknown).unwrap_or_else(|| unknown.first_guess());
+    let values: Vec<f64> = problem.unknowns.iter().map(value).collect();
     let lengths_s = if start.is_some() { &LENGTHS_S[2..] } else { &LENGTHS_S[..] };
     let fit = problem.fit(is_used, &values, lengths_s);
     let fit = fit.ok_or("no run is deeper than 0.5 m at speed for 3 s, or the fit does not converge")?;

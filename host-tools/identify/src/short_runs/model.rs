@@ -1,13 +1,15 @@
 //! The board's dynamics with the terms of short runs, and what the sensors of such a run read.
 
 use super::recording::{Run, Window};
-use backseat_core::dynamics::{ActuatorInput, FINS, ParameterError, VehicleModel, VehicleParameters};
+use backseat_core::dynamics::{ActuatorInput, ParameterError, VehicleModel, VehicleParameters};
 use backseat_core::state::{P, PHI, PSI, Q, R, THETA, U, V, VehicleState, W, Z};
 use backseat_logs::short_runs::{COMMON, OF_CONFIGURATION};
 use nalgebra::Vector3;
 
 /// Longest step of the integration, s: the roll damping of fins at 2 m/s has a time constant of 0.1 s.
 const STEP_S: f64 = 0.125;
+/// Times that differ by less are one, s.
+const SHORTEST_S: f64 = 1e-9;
 /// Beyond these a run has diverged: pitch in rad, rates in rad/s, speed in m/s.
 const MOST: [f64; 3] = [1.5, 12.0, 12.0];
 
@@ -114,14 +116,9 @@ impl RunModel {
         let mut has_diverged = false;
         for (place, sample) in samples.iter().enumerate() {
             if place > 0 && !has_diverged {
-                let from_s = samples[place - 1].t_s;
-                let steps = ((sample.t_s - from_s) / STEP_S).ceil().max(1.0);
-                let h_s = (sample.t_s - from_s) / steps;
-                for step in 0..steps as usize {
-                    let t_s = from_s + h_s * step as f64;
-                    let input = self.input(run, t_s, t_s + h_s);
-                    x = self.step(&x, h_s, &input);
-                    trail.push((t_s + h_s, x));
+                for [from_s, to_s] in self.steps(run, [samples[place - 1].t_s, sample.t_s]) {
+                    x = self.step(&x, to_s - from_s, &self.input(run, 0.5 * (from_s + to_s)));
+                    trail.push((to_s, x));
                 }
                 let speed = x.fixed_rows::<3>(U).norm();
                 let rates = x.fixed_rows::<3>(P).norm();
@@ -135,12 +132,28 @@ impl RunModel {
     /// Motion over a step with the attitude and rates that were measured at its start, not the model's own: what a
     /// navigator does without a DVL.
     #[must_use]
-    pub fn carried(&self, run: &Run, x: &VehicleState, [from_s, to_s]: [f64; 2]) -> VehicleState {
-        let steps = ((to_s - from_s) / STEP_S).ceil().max(1.0);
-        let h_s = (to_s - from_s) / steps;
-        (0..steps as usize).fold(*x, |x, step| {
-            let t_s = from_s + h_s * step as f64;
-            self.step(&x, h_s, &self.input(run, t_s, t_s + h_s))
+    pub fn carried(&self, run: &Run, x: &VehicleState, span_s: [f64; 2]) -> VehicleState {
+        let steps = self.steps(run, span_s);
+        steps.fold(*x, |x, [from_s, to_s]| self.step(&x, to_s - from_s, &self.input(run, 0.5 * (from_s + to_s))))
+    }
+
+    /// Steps of the integration over a span, from and to, s. One ends wherever a fin's command comes into force: with a
+    /// step across it, what stalls and saturates would be asked of an angle that the fin never has, and the cost of a fit
+    /// would have a minimum at each delay that is a whole number of steps.
+    fn steps(&self, run: &Run, [from_s, to_s]: [f64; 2]) -> impl Iterator<Item = [f64; 2]> {
+        let fin_s = self.terms[common::FIN_DELAY];
+        let mut at_s = from_s;
+        let pieces = core::iter::from_fn(move || {
+            let next = run.samples.partition_point(|sample| sample.t_s + fin_s <= at_s + SHORTEST_S);
+            let until_s = run.samples.get(next).map_or(to_s, |sample| (sample.t_s + fin_s).min(to_s));
+            let piece = (at_s < to_s).then_some([at_s, until_s]);
+            at_s = until_s;
+            piece
+        });
+        pieces.flat_map(|[from_s, to_s]| {
+            let steps = ((to_s - from_s) / STEP_S - SHORTEST_S).ceil().max(1.0);
+            let at = move |step: usize| from_s + (to_s - from_s) * (step as f64 / steps);
+            (0..steps as usize).map(move |step| [at(step), at(step + 1)])
         })
     }
 
@@ -152,7 +165,7 @@ impl RunModel {
         let mut attitude_rad = [x[PHI], x[THETA], x[PSI]];
         let tilt = self.terms[common::AHRS_TILT];
         if tilt != 0.0 {
-            let [roll, pitch] = self.apparent(&x, &self.input(run, attitude_s - 0.05, attitude_s + 0.05));
+            let [roll, pitch] = self.apparent(&x, &self.input(run, attitude_s));
             attitude_rad[0] += tilt * (roll - x[PHI]);
             attitude_rad[1] += tilt * (pitch - x[THETA]);
         }
@@ -183,12 +196,10 @@ impl RunModel {
         [felt.y.atan2(felt.z), (-felt.x).atan2(felt.y.hypot(felt.z))]
     }
 
-    /// Mean input over a step: fins hold, the propeller's speed moves on between rows.
-    fn input(&self, run: &Run, from_s: f64, to_s: f64) -> ActuatorInput {
-        let fin_s = self.terms[common::FIN_DELAY];
-        let fins_rad = held_mean(run, from_s - fin_s, to_s - fin_s);
-        let propeller_s = self.terms[common::PROPELLER_DELAY];
-        let propeller_radps = interpolated_speed(run, 0.5 * (from_s + to_s) - propeller_s);
+    /// Input at a time: fins hold, the propeller's speed moves on between rows.
+    fn input(&self, run: &Run, t_s: f64) -> ActuatorInput {
+        let fins_rad = run.samples[sample_at(run, t_s - self.terms[common::FIN_DELAY])].input.fins_rad;
+        let propeller_radps = interpolated_speed(run, t_s - self.terms[common::PROPELLER_DELAY]);
         ActuatorInput { propeller_radps, fins_rad }
     }
 }
@@ -196,25 +207,6 @@ impl RunModel {
 /// Index of the last sample at or before a time; the first before all.
 fn sample_at(run: &Run, t_s: f64) -> usize {
     run.samples.partition_point(|sample| sample.t_s <= t_s).saturating_sub(1)
-}
-
-/// Mean over a step of fin angles that hold from row to row.
-fn held_mean(run: &Run, from_s: f64, to_s: f64) -> [f64; FINS] {
-    let mut sum = [0.0; FINS];
-    let mut index = sample_at(run, from_s);
-    let mut at_s = from_s;
-    while at_s < to_s {
-        let until_s = run.samples.get(index + 1).map_or(to_s, |next| next.t_s.min(to_s)).max(at_s);
-        for (sum, fin) in sum.iter_mut().zip(run.samples[index].input.fins_rad) {
-            *sum += fin * (until_s - at_s);
-        }
-        if index + 1 >= run.samples.len() || until_s >= to_s {
-            break;
-        }
-        at_s = until_s;
-        index += 1;
-    }
-    sum.map(|sum| sum / (to_s - from_s))
 }
 
 /// Propeller speed between rows.

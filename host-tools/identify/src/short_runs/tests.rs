@@ -4,7 +4,7 @@ use super::recording::{Run, RunSample, Wanted, Window, stretches, windows};
 use super::start::{OPEN, open};
 use super::stops::stops;
 use super::unknowns::{coefficients, into_vehicle, of_effect};
-use super::{Draft, Problem, Starts, predict};
+use super::{Draft, Problem, Starts, Unknown, predict};
 use backseat_core::dynamics::ActuatorInput;
 use backseat_core::state::{U, VehicleState, Z};
 use backseat_logs::VehicleFile;
@@ -76,7 +76,7 @@ fn what_was_put_in_is_found_again_and_survives_the_vehicle_file() {
         unknowns.extend(of_effect(effect, 1));
     }
     let problem = Problem { runs: &runs, base: base.clone(), unknowns, starts: Starts::Open };
-    let start: Vec<f64> = problem.unknowns.iter().map(|unknown| unknown.prior).collect();
+    let start: Vec<f64> = problem.unknowns.iter().map(Unknown::first_guess).collect();
     let fit = problem.fit(&|_| true, &start, &[5.0, 15.0]).unwrap();
     let sigmas = fit.sigmas();
     for (name, expected) in [("torque_arm_m", -0.02), ("fin_delay_s", 0.3)] {
@@ -101,6 +101,31 @@ fn what_was_put_in_is_found_again_and_survives_the_vehicle_file() {
     assert!((added_kg - 0.1).abs() < 1e-9, "{added_kg}");
     let read = VehicleFile::parse(&file.to_toml("a test"), std::path::Path::new("v.toml")).unwrap();
     assert!((roll(&Draft::of(&read, 1)) - roll(&found)).abs() < 1e-9); // the same numbers
+}
+
+#[test]
+fn val_a_rudder_thrown_between_rows_turns_the_vehicle_as_a_fine_integration_has_it() {
+    // rows of 0.5 s against rows of 0.01 s with the same commands; a delay that is no whole number of steps
+    for delay_s in [-0.31, 0.19] {
+        let mut draft = Draft::of(&VehicleFile::reference(), 1);
+        draft.common[0] = delay_s;
+        let model = &draft.models().unwrap()[0];
+        let heading_rad = |row_s: f64, rows: u32| {
+            let thrown = |t_s: f64| if t_s < 1.995 { 0.0 } else { 0.5 };
+            let row = |i: u32| {
+                let mut row = sample(row_s * f64::from(i), 5.0, 100.0);
+                row.input.fins_rad = [thrown(row.t_s), -thrown(row.t_s), 0.0, 0.0];
+                row
+            };
+            let run = run((0..=rows).map(row).collect());
+            let mut start = VehicleState::zeros();
+            (start[Z], start[U]) = (5.0, 1.0);
+            let window = Window { run: 0, first: 0, last: rows as usize };
+            model.predict(&run, window, &start).last().unwrap().unwrap().attitude_rad[2]
+        };
+        let (coarse, fine) = (heading_rad(0.5, 8), heading_rad(0.01, 400));
+        assert!((coarse - fine).abs() < 2e-4 * fine.abs(), "delay {delay_s} s: {coarse} rad, finely {fine} rad");
+    }
 }
 
 #[test]

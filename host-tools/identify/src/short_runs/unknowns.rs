@@ -15,6 +15,8 @@ pub enum Place {
     Drag(&'static [usize]),
     /// Factor e^x of the fins' lift.
     FinLift,
+    /// Factor e^x of the fins' angle of stall.
+    Stall,
     /// Added to the cubic of the fins' lift.
     LiftCurve,
     /// Factor e^x of the thrust.
@@ -56,6 +58,15 @@ pub struct Unknown {
     pub sigma: f64,
     /// What a data sheet, a mounting or a row's time leaves open of it around none: no finding.
     pub open: [f64; 2],
+}
+
+impl Unknown {
+    /// Where a fit begins: at the prior. An angle of stall that is never reached has no derivative, so that one begins
+    /// where large incidences do reach it.
+    #[must_use]
+    pub fn first_guess(&self) -> f64 {
+        if self.place == Place::Stall { self.prior - 1.5 * self.sigma } else { self.prior }
+    }
 }
 
 /// The model that all values make.
@@ -115,6 +126,7 @@ impl Draft {
             Place::Mass(places) => places.iter().for_each(|&i| plant.m_diag[i] *= value.exp()),
             Place::Drag(places) => places.iter().for_each(|&i| plant.quadratic_diag[i] *= value.exp()),
             Place::FinLift => plant.cl = plant.cl.map(|cl| cl * value.exp()),
+            Place::Stall => plant.stall_rad *= value.exp(),
             Place::Thrust => plant.beta5_n_s2_per_rad2 *= value.exp(),
             Place::Advance => {
                 // at 8100 rpm and 1.5 m/s thrust is β5 ω² − k ω u
@@ -192,7 +204,9 @@ pub fn coefficients() -> Vec<Unknown> {
         of("ln d44", Place::Drag(&[3]), 1.5),
         of("ln d55 = d66", Place::Drag(&[4, 5]), 0.7),
         of("ln fin lift", Place::FinLift, 1.0),
+        of("ln stall", Place::Stall, 0.3),
         of("ln beta5", Place::Thrust, 0.7),
+        of("ln m33/m22", mass(&[2]), 0.15),
         of("ln m66/m55", mass(&[5]), 0.10),
         of("ln d66/d55", Place::Drag(&[5]), 0.3),
         of("ln b_z", Place::Metacentre, 1.2),
