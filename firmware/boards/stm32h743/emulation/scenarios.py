@@ -10,10 +10,13 @@ import tty
 
 from card import Card
 from hostlink import DONE, HEALTH_GET, PARAMETER_STORE, REFUSED, STEP_DONE, Host, messages, request, step
-from machine import AXI, DTCM, DTCM_SIZE, Machine
+from core import ENDLESS
+from machine import AXI, DTCM, DTCM_SIZE, FLASH, Machine
+from unicorn import arm_const as arm
 from vehicle import NOON_S, Vehicle, fix
 
 NEUTRAL = b"$OMP,8080808080,00"
+CYCLES = 1, 2, 5, 10, 20, 35, 50, 70, 85, 100  # an instruction
 START_S = 0.2  # until the image answers a host
 WAIT_S = 2.2  # for a lock-step clock after power-on, and a little
 HASTE = 8  # of the lines in lock-step: the board, which waits for each byte, waits less; no bit of a flight depends on it
@@ -188,6 +191,35 @@ def stuck_step(image, _):
     return machines
 
 
+def overrun(image, _):
+    """However slow the core is from power-on, or under way: the board keeps up, or ends in a named reason with neutral fins."""
+    machines, outcomes = [], {}
+    for cycles in CYCLES:
+        for begins, machine in (("power-on", Machine(image)), ("under way", None)):
+            if machine:
+                machine.cycles = cycles
+                Vehicle(machine)
+                sent = 0
+            else:
+                machine, _, _ = under_way(image)
+                machine.cycles, sent = cycles, len(machine.frontseat.sent)
+            machine.run_for(25)
+            line = bytes(byte for _, byte in machine.frontseat.sent[sent:])
+            resets, host = len(machine.resets), Host(machine)
+            mode, reason = host.mode()
+            machine.run_for(3)
+            where = f"{cycles} cycles an instruction from {begins} on"
+            assert len(machine.resets) == resets <= 3, f"{where}: {resets} resets, and they go on"
+            assert all(cause == "watchdog" for _, cause in machine.resets), machine.resets
+            flies = begins == "under way" and b"$OMSTOP" not in line
+            assert mode != "safe" or reason in ("overloaded", "stopped"), f"{where}: {mode}, {reason}"
+            assert begins != "under way" or flies or NEUTRAL in line, f"{where}: no neutral fins"
+            outcomes.setdefault(f"{begins}: {resets} resets, {mode}, {reason}{', flies' if flies else ''}", []).append(cycles)
+            machines.append(machine)
+    machines[-1].measured.update({outcome: f"at {cycles[0]} to {cycles[-1]}" for outcome, cycles in outcomes.items()})
+    return machines[-1:]
+
+
 def stack_overflow(image, _):
     """A full stack faults before anything is overwritten; neutral fins within a second of it."""
     machine = Machine(image)
@@ -199,6 +231,41 @@ def stack_overflow(image, _):
     machine.measured["neutral fins after an overflow, s"] = took = neutral_after(machine, machine.faults[0][0], sent)
     assert took < 1, f"{took} s"
     machine.paint("interrupts")
+    return [machine]
+
+
+LOAD, STORE = (ENDLESS + 0x10, b"\x01\x68"), (ENDLESS + 0x20, b"\x01\x60")  # where, ldr r1, [r0]; where, str r1, [r0]
+LOOP = b"\xfe\xe7"
+WILD = {
+    "a read of address 0": (LOAD, 0x0),
+    "a write behind a null pointer": (STORE, 0x40),
+    "a write to the image": (STORE, FLASH + 0x1000),
+    "a write below the stack of interrupts": (STORE, DTCM - 4),
+    "a write below the stack of thread mode": (STORE, AXI - 4),
+    "a read of what no memory is": (LOAD, 0x60000000),
+    "an instruction in DTCM": (None, DTCM + 0x8000),
+    "an instruction in AXI SRAM": (None, AXI + 0x8000),
+}
+
+
+def guard(image, _):
+    """What the memory protection refuses resets the board at once, and the host is told the address."""
+    machine = Machine(image)
+    Vehicle(machine)
+    for what, (instruction, address) in WILD.items():
+        machine.lose_supply(remembers=False)
+        machine.run_for(START_S)
+        faults = len(machine.faults)
+        at, code = instruction or (address, b"")
+        machine.uc.mem_write(at, code + LOOP)
+        machine.uc.reg_write(arm.UC_ARM_REG_R0, address)
+        machine.pc = at
+        machine.run_for(1)  # the stop is acknowledged
+        assert len(machine.faults) == faults + 1 and machine.resets[-1][1] == "software", f"{what}: {machine.faults[faults:]}"
+        resets, crash = Host(machine).last_crash()
+        told = crash.pc if instruction is None else crash.address
+        assert (resets, crash.pc, told) == (1, at, address), f"{what}: {crash}"
+    machine.measured["accesses refused"] = len(WILD)
     return [machine]
 
 
@@ -347,4 +414,4 @@ def lock_step(image, options):
     return [machine]
 
 
-ALL = [lock_step, clock_tree, external_clock, hard_fault, reset_under_way, clock_lost, supply_falls, stuck_step, stack_overflow, parameter_store, pulse_per_second, log_card, card_pulled, babbling_lines]
+ALL = [lock_step, clock_tree, external_clock, hard_fault, reset_under_way, clock_lost, supply_falls, stuck_step, overrun, stack_overflow, guard, parameter_store, pulse_per_second, log_card, card_pulled, babbling_lines]

@@ -6,6 +6,7 @@
 //! | `uart`, `memory` | the five ports, as `embedded-io`; memory that DMA reaches |
 //! | `flash`, `supply` | the parameter store's sectors; reset cause and supply |
 //! | `backup`, `watchdog` | records of restart and crash; watchdog |
+//! | `guard` | what the core may reach |
 //! | `fault` | what a fault or panic leaves behind |
 //! | `vitals` | load, stacks, wrong bits in memory |
 //! | `log`, `card` | the board log: into a queue, and from there to a memory card |
@@ -24,6 +25,7 @@ mod card;
 mod clocks;
 mod fault;
 mod flash;
+mod guard;
 mod leds;
 mod log;
 mod memory;
@@ -97,6 +99,7 @@ unsafe extern "C" {
 /// Gives thread mode its own stack; the one that the core starts on is the interrupts', the app's among them.
 #[entry]
 fn main() -> ! {
+    guard::start();
     // SAFETY: nothing on the stack that is left behind is used again, and `thread` does not return.
     unsafe {
         asm!(
