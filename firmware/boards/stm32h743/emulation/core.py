@@ -292,7 +292,8 @@ class Core:
                 self.enter(NMI, -2)
             masked = self.deliver()
             span = min(self.next_event(), until) - self.now
-            span = MASKED_SLICE_NS if masked else max(min(span, LONGEST_SLICE_NS), SHORTEST_SLICE_NS)
+            shortest = (MASKED_SLICE_NS if masked else SHORTEST_SLICE_NS) * self.cycles
+            span = shortest if masked else max(min(span, LONGEST_SLICE_NS), shortest)
             before = self.pc
             self.slice_of(span)
             if self.pc == before == ENDLESS:
