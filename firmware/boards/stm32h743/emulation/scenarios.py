@@ -16,7 +16,6 @@ from unicorn import arm_const as arm
 from vehicle import NOON_S, Vehicle, fix
 
 NEUTRAL = b"$OMP,8080808080,00"
-CYCLES = 10, 20, 35, 50, 70, 100  # an instruction
 START_S = 0.2  # until the image answers a host
 WAIT_S = 2.2  # for a lock-step clock after power-on, and a little
 HASTE = 8  # of the lines in lock-step: the board, which waits for each byte, waits less; no bit of a flight depends on it
@@ -189,35 +188,6 @@ def stuck_step(image, _):
         assert took < 0.63, f"reset after {took} s"
         machines.append(machine)
     return machines
-
-
-def overrun(image, _):
-    """However slow the core is from power-on, or under way: the board keeps up, or ends in a named reason with neutral fins."""
-    machines, outcomes = [], {}
-    for cycles in CYCLES:
-        for begins, machine in (("power-on", Machine(image)), ("under way", None)):
-            if machine:
-                machine.cycles = cycles
-                Vehicle(machine)
-                sent = 0
-            else:
-                machine, _, _ = under_way(image)
-                machine.cycles, sent = cycles, len(machine.frontseat.sent)
-            machine.run_for(14)
-            line = bytes(byte for _, byte in machine.frontseat.sent[sent:])
-            resets, host = len(machine.resets), Host(machine)
-            mode, reason = host.mode()
-            machine.run_for(1)
-            where = f"{cycles} cycles an instruction from {begins} on"
-            assert len(machine.resets) == resets <= 3, f"{where}: {resets} resets, and they go on"
-            assert all(cause == "watchdog" for _, cause in machine.resets), machine.resets
-            flies = begins == "under way" and b"$OMSTOP" not in line
-            assert mode != "safe" or reason in ("overloaded", "stopped"), f"{where}: {mode}, {reason}"
-            assert begins != "under way" or flies or NEUTRAL in line, f"{where}: no neutral fins"
-            outcomes.setdefault(f"{begins}: {resets} resets, {mode}, {reason}{', flies' if flies else ''}", []).append(cycles)
-            machines.append(machine)
-    machines[-1].measured.update({outcome: f"at {cycles[0]} to {cycles[-1]}" for outcome, cycles in outcomes.items()})
-    return machines[-1:]
 
 
 def stack_overflow(image, _):
@@ -414,4 +384,4 @@ def lock_step(image, options):
     return [machine]
 
 
-ALL = [lock_step, clock_tree, external_clock, hard_fault, reset_under_way, clock_lost, supply_falls, stuck_step, overrun, stack_overflow, guard, parameter_store, pulse_per_second, log_card, card_pulled, babbling_lines]
+ALL = [lock_step, clock_tree, external_clock, hard_fault, reset_under_way, clock_lost, supply_falls, stuck_step, stack_overflow, guard, parameter_store, pulse_per_second, log_card, card_pulled, babbling_lines]
