@@ -168,7 +168,8 @@ impl Backseat {
         let since_last_us = self.state.last_step_us.map_or(0, |last_us| now_us - last_us);
         self.drivers.news |= self.state.late.note(since_last_us);
         self.state.last_step_us = Some(now_us);
-        if !self.state.configured {
+        let rests = self.modes.rests();
+        if !self.state.configured && !rests {
             // the active set was checked when it was committed; the defaults are valid
             self.state.configured = configure(self.parameters.active(), &mut self.estimator, &mut self.steering);
         }
@@ -178,7 +179,7 @@ impl Backseat {
             inputs.command(time_us, &input);
         }
         estimator.declare(&settings.app, links.frontseat.hdop());
-        let failed = estimator.step(now_us, inputs, settings, &self.clock).is_err();
+        let failed = !rests && estimator.step(now_us, inputs, settings, &self.clock).is_err();
         // Before it is initialised the filter holds an old state, or none.
         if estimator.navigator().is_initialised() {
             self.state.digest = estimator.navigator().digest_from(self.state.digest);

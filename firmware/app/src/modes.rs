@@ -130,11 +130,13 @@ pub struct Modes {
     returning: Option<(Mode, ModeReason)>,
     /// The board was reset too often, and the operator has not taken note of it.
     barred: bool,
+    /// By its watchdog: its steps do not end in time.
+    rests: bool,
 }
 
 impl Modes {
     pub const fn new() -> Self {
-        Self { present: None, better_since_us: None, ended: None, returning: None, barred: false }
+        Self { present: None, better_since_us: None, ended: None, returning: None, barred: false, rests: false }
     }
 
     fn standing(&self) -> (Mode, ModeReason) {
@@ -144,6 +146,7 @@ impl Modes {
     /// Mode and reason.
     pub fn present(&self) -> (Mode, ModeReason) {
         match (self.barred, self.ended, self.returning, self.standing()) {
+            (true, ..) if self.rests => (Mode::Safe, ModeReason::Overloaded),
             (true, ..) => (Mode::Safe, ModeReason::Resets),
             (_, Some(ended), ..) => ended,
             (_, _, Some(returning), (Mode::Navigating | Mode::Degraded, _)) => returning,
@@ -211,7 +214,7 @@ impl Modes {
     /// The operator stopped, and knows of resets.
     pub fn stopped(&mut self) {
         self.ended_by(ModeReason::Stopped);
-        self.barred = false;
+        (self.barred, self.rests) = (false, false);
     }
 
     /// The frontseat never acknowledged the stop.
@@ -224,9 +227,14 @@ impl Modes {
         self.barred
     }
 
-    /// The board was reset too often.
-    pub fn barred(&mut self) {
-        self.barred = true;
+    /// The board was reset too often; whether by its watchdog.
+    pub fn barred(&mut self, by_watchdog: bool) {
+        (self.barred, self.rests) = (true, by_watchdog);
+    }
+
+    /// Navigation is left out: its steps have not ended in time, and the watchdog would reset the board again.
+    pub fn rests(&self) -> bool {
+        self.rests
     }
 
     /// A mission starts.
@@ -407,7 +415,7 @@ mod tests {
     fn resets_bar_until_the_operator_stops() {
         let settings = AppSettings::DEFAULT;
         let mut modes = Modes::new();
-        modes.barred();
+        modes.barred(false);
         modes.update(0, &ModeFacts { mission: false, ..GOOD }, &settings);
         assert_eq!((modes.present(), modes.may_arm(), modes.ready()), ((Mode::Safe, ModeReason::Resets), false, false));
         modes.stopped();

@@ -9,7 +9,7 @@ use crate::storage::Asked;
 use crate::store::{Coasted, Navigation, Response, RestartRecord, coast_m};
 use backseat_core::parameters::joint_check;
 use backseat_core::state::{U, V, W, X, Y};
-use backseat_wire::hostlink::{FromBoard, Refusal, Restart};
+use backseat_wire::hostlink::{FromBoard, Refusal, ResetCause, Restart};
 
 impl Backseat {
     /// Takes the set that a memory held; false when it is not valid as a whole and the old one stays.
@@ -68,7 +68,7 @@ impl App {
                     backseat.clock.resume(utc_us);
                 }
             }
-            Response::Safe => backseat.modes.barred(),
+            Response::Safe => backseat.modes.barred(restart.cause == ResetCause::Watchdog),
         }
         backseat.steering.release();
     }

@@ -152,7 +152,7 @@ fn a_second_reset_before_the_sensors_speak_keeps_the_position() {
 #[test]
 fn too_many_resets_end_in_safe_mode_until_the_operator_starts_again() {
     let (mut world, mut board) = (World::new(), Direct::new(None));
-    let restart = Restart { cause: ResetCause::Watchdog, resets: 3, safe: true, crash: None };
+    let restart = Restart { cause: ResetCause::Fault, resets: 3, safe: true, crash: None };
     board.app_mut().resume(restart, &Response::Safe);
     world.run(&mut board, 8);
     let record = last(&mut board);
@@ -167,6 +167,24 @@ fn too_many_resets_end_in_safe_mode_until_the_operator_starts_again() {
     world.run(&mut board, 1);
     let record = last(&mut board);
     assert_eq!((record.mode, record.reason), (Mode::Safe, ModeReason::Stopped));
+    start(&mut board);
+    world.run(&mut board, 1);
+    assert_eq!(last(&mut board).mode, Mode::Navigating);
+}
+
+#[test]
+fn too_many_resets_by_the_watchdog_leave_navigation_out_until_the_operator_stops() {
+    let (mut world, mut board) = (World::new(), Direct::new(None));
+    let restart = Restart { cause: ResetCause::Watchdog, resets: 3, safe: true, crash: None };
+    board.app_mut().resume(restart, &Response::Safe);
+    let untouched = board.app().digest();
+    world.run(&mut board, 8);
+    let record = last(&mut board);
+    assert_eq!((record.mode, record.reason), (Mode::Safe, ModeReason::Overloaded));
+    assert!(world.stops > 0);
+    assert_eq!(board.app().digest(), untouched, "the filter has moved");
+    request_all(&mut board, &[ToBoard::MissionStop]);
+    world.run(&mut board, 4);
     start(&mut board);
     world.run(&mut board, 1);
     assert_eq!(last(&mut board).mode, Mode::Navigating);

@@ -1,7 +1,7 @@
 """The Cortex-M7: Unicorn runs its instructions; NVIC, exceptions, sleep and time are here.
 
 Time is virtual: instructions are estimated from the size of the blocks that run, at one a cycle of the clock that the image
-has set up. There are no wait states and no caches.
+has set up, or at `cycles` for each. There are no wait states and no caches.
 """
 
 import ctypes
@@ -11,8 +11,9 @@ import struct
 import subprocess
 import tempfile
 
+import protection
 from bus import Device
-from unicorn import UC_ARCH_ARM, UC_ERR_EXCEPTION, UC_HOOK_BLOCK, UC_HOOK_CODE, UC_HOOK_INTR, UC_MODE_MCLASS, UC_MODE_THUMB, Uc, UcError
+from unicorn import UC_ARCH_ARM, UC_ERR_EXCEPTION, UC_HOOK_BLOCK, UC_HOOK_CODE, UC_HOOK_INTR, UC_HOOK_MEM_READ_INVALID, UC_HOOK_MEM_WRITE_INVALID, UC_MEM_WRITE_PROT, UC_MEM_WRITE_UNMAPPED, UC_MODE_MCLASS, UC_MODE_THUMB, Uc, UcError
 from unicorn import arm_const as arm
 from unicorn.unicorn_py3.unicorn import uclib
 
@@ -85,7 +86,7 @@ class Scs(Device):
     """System control space: NVIC and SCB."""
 
     name = "SCS"
-    ICSR, VTOR, AIRCR, CCR, CFSR, STIR = 0xD04, 0xD08, 0xD0C, 0xD14, 0xD28, 0xF00
+    ICSR, VTOR, AIRCR, CCR, CFSR, MMFAR, STIR = 0xD04, 0xD08, 0xD0C, 0xD14, 0xD28, 0xD34, 0xF00
 
     def reset(self):
         self.r = {0xD00: 0x411FC271, self.AIRCR: 0xFA050000, self.CCR: 0x40200, self.VTOR: 0x08000000}
@@ -100,6 +101,8 @@ class Scs(Device):
             return (self.pending | self.level) >> shift & 0xFFFFFFFF
         if 0x400 <= offset < 0x4F0:
             return int.from_bytes(bytes(self.priority[offset - 0x400:offset - 0x400 + size]), "little")
+        if protection.TYPE <= offset < protection.END:
+            return self.machine.mpu.read(offset)
         return self.machine.exception() if offset == self.ICSR else super().read(offset, size)
 
     def write(self, offset, value, size):
@@ -120,6 +123,8 @@ class Scs(Device):
         elif offset == self.AIRCR:
             if value >> 16 == 0x05FA and value & 4:
                 self.machine.want_reset = "software"
+        elif protection.TYPE <= offset < protection.END:
+            self.machine.mpu.write(offset, value)
         elif offset == self.CFSR:
             self.r[offset] = self.word(offset) & ~value
         else:
@@ -149,6 +154,7 @@ class Core:
         uclib.uc_hook_add(self.uc._uch, ctypes.byref(hook), UC_HOOK_BLOCK, ctypes.cast(self.counter.on_block, ctypes.c_void_p),
                           ctypes.cast(ctypes.byref(self.slice), ctypes.c_void_p), ctypes.c_uint64(1), ctypes.c_uint64(0))
         self.uc.hook_add(UC_HOOK_INTR, self.on_trap)
+        self.uc.hook_add(UC_HOOK_MEM_READ_INVALID | UC_HOOK_MEM_WRITE_INVALID, self.on_refusal)
         for match in re.finditer(rb"[\x20\x30\x40]\xbf", code[1]):
             if match.start() % 2 == 0:
                 at = code[0] + match.start()
@@ -176,6 +182,13 @@ class Core:
     def on_trap(self, uc, number, _):
         self.trap = number
         uc.emu_stop()
+
+    def on_refusal(self, uc, access, address, *_):
+        """Of a read or a write that the memory protection refuses the address is kept."""
+        wanted = protection.UC_PROT_WRITE if access in (UC_MEM_WRITE_PROT, UC_MEM_WRITE_UNMAPPED) else protection.UC_PROT_READ
+        if not self.mpu.permitted(address)[0] & wanted:
+            self.scs.r.update({Scs.CFSR: 0x82, Scs.MMFAR: address & 0xFFFFFFFF})
+        return False
 
     def hook_entry(self, address, times):
         """Whoever comes to an address stays there until the next reset."""
@@ -279,7 +292,8 @@ class Core:
                 self.enter(NMI, -2)
             masked = self.deliver()
             span = min(self.next_event(), until) - self.now
-            span = MASKED_SLICE_NS if masked else max(min(span, LONGEST_SLICE_NS), SHORTEST_SLICE_NS)
+            shortest = (MASKED_SLICE_NS if masked else SHORTEST_SLICE_NS) * self.cycles
+            span = shortest if masked else max(min(span, LONGEST_SLICE_NS), shortest)
             before = self.pc
             self.slice_of(span)
             if self.pc == before == ENDLESS:
@@ -301,7 +315,7 @@ class Core:
 
     def slice_of(self, span):
         """Runs for about this long, ns."""
-        self.per_ns = self.tree["core"] * 1e-9 * BYTES_PER_INSTRUCTION
+        self.per_ns = self.tree["core"] * 1e-9 * BYTES_PER_INSTRUCTION / self.cycles
         self.trap = self.hint = None
         self.slice.executed, self.slice.limit = 0, max(8, int(span * self.per_ns))
         self.accounted, self.slice_end = 0, self.now + span

@@ -8,6 +8,8 @@ HELLO, STEP, PARAMETER_BEGIN, PARAMETER_SET, PARAMETER_COMMIT, PARAMETER_GET = 0
 MISSION_BEGIN, MISSION_ITEM, MISSION_COMMIT, MISSION_START, PARAMETER_STORE, HEALTH_GET = 6, 7, 8, 10, 12, 13
 STEP_DONE, TELEMETRY, PARAMETER, DONE, REFUSED, RESTART, HEALTH = 1, 2, 4, 6, 7, 8, 9
 OSCILLATORS = ("crystal", "internal")
+MODES = ("initialising", "navigating", "degraded", "lost", "safe")
+REASONS = {0: "nominal", 1: "no fix", 2: "attitude stale", 9: "stopped", 10: "restarted", 11: "resets", 29: "overloaded"}
 LOG_STATES = ("not fitted", "searching", "writing", "failed")
 
 
@@ -137,6 +139,15 @@ class Host:
         self.machine.run_for(seconds)
         return [message.integers(2) for kind, message in self.poll() if kind == TELEMETRY]
 
+    def mode(self, within_s=2.0):
+        """The last step's mode and reason."""
+        self.poll()
+        self.machine.run_for(within_s)
+        records = [message for kind, message in self.poll() if kind == TELEMETRY]
+        assert records, f"no telemetry within {within_s} s"
+        _time_us, _utc_us, mode, reason = records[-1].integers(4)
+        return MODES[mode], REASONS.get(reason, reason)
+
     def parameter(self, name):
         """Its value; the list is asked from the beginning."""
         index, count = 0, 1
@@ -162,7 +173,12 @@ class Host:
 
     def last_start(self):
         """As the answer to `Hello` tells it: resets by a fault since power-on, address of a crash (none: nothing)."""
+        resets, crash = self.last_crash()
+        return resets, crash and crash.pc
+
+    def last_crash(self):
+        """As the answer to `Hello` tells it: resets by a fault since power-on, and the crash before."""
         _, message, _ = self.ask(HELLO, answers=(RESTART,))
         _cause, resets, _safe, crashed = message.integers(4)
-        _build, _time_us, pc = message.integers(3) if crashed else (0, 0, None)
-        return resets, pc
+        names = "build time_us pc lr sp cfsr hfsr address".split()
+        return resets, SimpleNamespace(**dict(zip(names, message.integers(len(names))))) if crashed else None

@@ -13,6 +13,7 @@ from card import Spi
 from clocks import Exti, Pwr, Rcc, Rng
 from core import Core, Scs
 from elftools.elf.elffile import ELFFile
+from protection import Mpu
 from serial_ports import Dma, Gpio, Usart
 from storage import BackupRam, FlashRegisters, Store
 from timers import Timer, Watchdog
@@ -20,6 +21,7 @@ from unicorn import UC_HOOK_CODE
 from unicorn import arm_const as arm
 
 DTCM, DTCM_SIZE, AXI, AXI_SIZE = 0x20000000, 0x20000, 0x24000000, 0x80000
+ITCM, ITCM_SIZE, FLASH, FLASH_SIZE = 0, 0x10000, 0x08000000, 0x1C0000
 PAINT = 0xA5
 MMIO_NS = 25.0
 WINDOWS = ((0x40000000, 0x30000), (0x48021000, 0x1000), (0x52000000, 0xA000), (0x58000000, 0x27000), (0x5C000000, 0x10000),
@@ -31,7 +33,7 @@ class Machine(Core):
 
     def __init__(self, image, hse_from=0.0, hse_ppm=0.0, hsi_ppm=0.0, card=None):
         self.hse_from, self.hse_until, self.hse_ppm, self.hsi_ppm, self.card = hse_from, NEVER, hse_ppm, hsi_ppm, card
-        self.now, self.cause, self.spin_ns, self.longest_gap = 0.0, "power", 2000.0, 0.0
+        self.now, self.cause, self.spin_ns, self.longest_gap, self.cycles = 0.0, "power", 2000.0, 0.0, 1
         self.most_stack = dict.fromkeys(("interrupts", "thread"), 0)
         self.sequence = itertools.count()
         self.complaints, self.measured, self.resets, self.faults, self.events = {}, {}, [], [], []
@@ -48,9 +50,10 @@ class Machine(Core):
         self.reset("power")
 
     def map_memory(self, elf):
-        self.uc.mem_map(0x08000000, 0x1C0000)
-        for base, size in ((DTCM, DTCM_SIZE), (AXI, AXI_SIZE)):
+        memory = (ITCM, ITCM_SIZE), (FLASH, FLASH_SIZE), (DTCM, DTCM_SIZE), (AXI, AXI_SIZE)
+        for base, size in memory:
             self.uc.mem_map(base, size)
+        for base, size in memory[2:]:
             self.uc.mem_write(base, bytes([PAINT]) * size)
         for segment in elf.iter_segments():
             if segment["p_type"] == "PT_LOAD" and segment["p_filesz"]:
@@ -60,6 +63,8 @@ class Machine(Core):
         self.store, self.backup = Store(self), BackupRam(self)
         for part in (self.store, self.backup):
             self.uc.mmio_map(part.BASE, part.SIZE, part.read, None, part.write, None)
+        parts = [(part.BASE, part.SIZE) for part in (self.store, self.backup)]
+        self.mpu = Mpu(self, memory, [*WINDOWS[:-1], *parts])  # the core's own registers are always within reach
 
     def build_devices(self):
         self.active, self.slice.limit = [], 0
@@ -91,7 +96,7 @@ class Machine(Core):
             self.resets.append((self.now, cause))
             self.most_stack = {name: self.stack_used(name) for name in self.stacks}
         self.cause = cause
-        for device in self.devices:
+        for device in (*self.devices, self.mpu):
             device.reset()
         for usart in self.usarts:
             usart.incoming.clear()

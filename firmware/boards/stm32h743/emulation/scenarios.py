@@ -10,7 +10,9 @@ import tty
 
 from card import Card
 from hostlink import DONE, HEALTH_GET, PARAMETER_STORE, REFUSED, STEP_DONE, Host, messages, request, step
-from machine import AXI, DTCM, DTCM_SIZE, Machine
+from core import ENDLESS
+from machine import AXI, DTCM, DTCM_SIZE, FLASH, Machine
+from unicorn import arm_const as arm
 from vehicle import NOON_S, Vehicle, fix
 
 NEUTRAL = b"$OMP,8080808080,00"
@@ -202,6 +204,41 @@ def stack_overflow(image, _):
     return [machine]
 
 
+LOAD, STORE = (ENDLESS + 0x10, b"\x01\x68"), (ENDLESS + 0x20, b"\x01\x60")  # where, ldr r1, [r0]; where, str r1, [r0]
+LOOP = b"\xfe\xe7"
+WILD = {
+    "a read of address 0": (LOAD, 0x0),
+    "a write behind a null pointer": (STORE, 0x40),
+    "a write to the image": (STORE, FLASH + 0x1000),
+    "a write below the stack of interrupts": (STORE, DTCM - 4),
+    "a write below the stack of thread mode": (STORE, AXI - 4),
+    "a read of what no memory is": (LOAD, 0x60000000),
+    "an instruction in DTCM": (None, DTCM + 0x8000),
+    "an instruction in AXI SRAM": (None, AXI + 0x8000),
+}
+
+
+def guard(image, _):
+    """What the memory protection refuses resets the board at once, and the host is told the address."""
+    machine = Machine(image)
+    Vehicle(machine)
+    for what, (instruction, address) in WILD.items():
+        machine.lose_supply(remembers=False)
+        machine.run_for(START_S)
+        faults = len(machine.faults)
+        at, code = instruction or (address, b"")
+        machine.uc.mem_write(at, code + LOOP)
+        machine.uc.reg_write(arm.UC_ARM_REG_R0, address)
+        machine.pc = at
+        machine.run_for(1)  # the stop is acknowledged
+        assert len(machine.faults) == faults + 1 and machine.resets[-1][1] == "software", f"{what}: {machine.faults[faults:]}"
+        resets, crash = Host(machine).last_crash()
+        told = crash.pc if instruction is None else crash.address
+        assert (resets, crash.pc, told) == (1, at, address), f"{what}: {crash}"
+    machine.measured["accesses refused"] = len(WILD)
+    return [machine]
+
+
 def parameter_store(image, _):
     """Outlasts a reset; a store that the power cut interrupts leaves the set before."""
     machine = Machine(image)
@@ -347,4 +384,4 @@ def lock_step(image, options):
     return [machine]
 
 
-ALL = [lock_step, clock_tree, external_clock, hard_fault, reset_under_way, clock_lost, supply_falls, stuck_step, stack_overflow, parameter_store, pulse_per_second, log_card, card_pulled, babbling_lines]
+ALL = [lock_step, clock_tree, external_clock, hard_fault, reset_under_way, clock_lost, supply_falls, stuck_step, stack_overflow, guard, parameter_store, pulse_per_second, log_card, card_pulled, babbling_lines]

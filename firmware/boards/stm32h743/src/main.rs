@@ -6,6 +6,7 @@
 //! | `uart`, `memory` | the five ports, as `embedded-io`; memory that DMA reaches |
 //! | `flash`, `supply` | the parameter store's sectors; reset cause and supply |
 //! | `backup`, `watchdog` | records of restart and crash; watchdog |
+//! | `guard` | what the core may reach |
 //! | `fault` | what a fault or panic leaves behind |
 //! | `vitals` | load, stacks, wrong bits in memory |
 //! | `log`, `card` | the board log: into a queue, and from there to a memory card |
@@ -24,6 +25,7 @@ mod card;
 mod clocks;
 mod fault;
 mod flash;
+mod guard;
 mod leds;
 mod log;
 mod memory;
@@ -54,7 +56,7 @@ use embassy_stm32::interrupt::{InterruptExt, Priority};
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
 use embassy_sync::zerocopy_channel::{Channel, Sender};
-use embassy_time::{Duration, Instant, Ticker, with_timeout};
+use embassy_time::{Duration, Instant, Timer, with_timeout};
 use flash::StoreFlash;
 use leds::Leds;
 use log::Log;
@@ -66,6 +68,8 @@ use watchdog::Watchdog;
 
 /// How often the ports are looked at; bytes are stamped as exactly as this.
 const TICK: Duration = Duration::from_millis(1);
+/// And at least so long there is nothing to do for the app.
+const SHORTEST_REST: Duration = Duration::from_micros(20);
 /// How often thread mode looks what waits for the card.
 const CARD_TICK: Duration = Duration::from_millis(20);
 /// How often it looks at the stacks.
@@ -74,6 +78,8 @@ const LOOK: Duration = Duration::from_secs(1);
 const CARD_RESETS: u32 = 2;
 /// Most turns of the pump in a tick; each reads up to 256 bytes a port.
 const TURNS: usize = 8;
+/// No turn more after so long, µs: the watchdog and the transmitters have their turn, however late the next step is.
+const LONGEST_TICK_US: u64 = 50_000;
 
 /// Whether a set was kept, on the way back from thread mode.
 static KEPT: Signal<CriticalSectionRawMutex, bool> = Signal::new();
@@ -97,6 +103,7 @@ unsafe extern "C" {
 /// Gives thread mode its own stack; the one that the core starts on is the interrupts', the app's among them.
 #[entry]
 fn main() -> ! {
+    guard::start();
     // SAFETY: nothing on the stack that is left behind is used again, and `thread` does not return.
     unsafe {
         asm!(
@@ -262,10 +269,12 @@ async fn transmit(mut transmitter: Transmitter) {
 
 #[embassy_executor::task]
 async fn run(mut board: Board) {
-    let mut ticker = Ticker::every(TICK);
+    let mut due = Instant::now();
     loop {
         board.tick();
-        ticker.next().await;
+        // What was missed is not made up for, and the transmitters of this level have their turn.
+        due = (due + TICK).max(Instant::now() + SHORTEST_REST);
+        Timer::at(due).await;
     }
 }
 
@@ -323,7 +332,7 @@ impl Board {
                 self.vitals.stepped(self.clock.now_us() - time_us);
                 self.stepped();
             }
-            if progress != Progress::Moved {
+            if progress != Progress::Moved || self.clock.now_us() - from_us > LONGEST_TICK_US {
                 break;
             }
         }

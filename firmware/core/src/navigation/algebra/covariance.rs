@@ -1,7 +1,7 @@
 //! P as its lower triangle, and the operations on it that cost.
 //!
-//! Only entries (i, j) with i ≥ j are stored and touched: symmetric by construction, at half the
-//! work. Columns are contiguous, so that the long loops run along memory.
+//! Only entries (i, j) with i ≥ j count: symmetric by construction, at half the work. Columns are contiguous, so that
+//! the long loops run along memory, and packed: each begins with the block of four by four on the diagonal.
 
 use super::layout::N_MAX;
 use super::row::Row;
@@ -12,20 +12,64 @@ pub(crate) const ROWS: usize = N_MAX.next_multiple_of(4);
 /// One number a state, zero behind the last.
 pub(crate) type Vector = [f64; ROWS];
 
+/// Rows and columns of a block.
+const BLOCK: usize = 4;
+/// Numbers stored.
+const SIZE: usize = ROWS * (ROWS + BLOCK) / 2;
+/// Place of row 0 of each column, if it were stored.
+const ROW_0: [u16; ROWS] = {
+    let (mut places, mut start, mut j) = ([0; ROWS], 0, 0);
+    while j < ROWS {
+        let first_row = j / BLOCK * BLOCK;
+        places[j] = (start - first_row) as u16;
+        start += ROWS - first_row;
+        j += 1;
+    }
+    assert!(start == SIZE);
+    places
+};
+
+fn row_0(j: usize) -> usize {
+    usize::from(ROW_0[j.min(ROWS - 1)]).min(SIZE - ROWS)
+}
+
 #[derive(Clone)]
 pub(crate) struct Covariance {
-    /// `columns[j][i]` is P_ij for i ≥ j; what stands above the diagonal means nothing.
-    pub(crate) columns: [Vector; N_MAX],
+    /// Column behind column, without the rows above the diagonal's block; what is above the diagonal means nothing.
+    packed: [f64; SIZE],
 }
 
 impl Covariance {
     pub(crate) const fn new() -> Self {
-        Self { columns: [[0.0; ROWS]; N_MAX] }
+        Self { packed: [0.0; SIZE] }
+    }
+
+    /// All entries 0.
+    pub(crate) fn clear(&mut self) {
+        self.packed = [0.0; SIZE];
+    }
+
+    /// Column `j`. Rows above the diagonal mean nothing.
+    #[inline(always)]
+    pub(crate) fn column(&self, j: usize) -> &Vector {
+        self.packed[row_0(j)..].first_chunk().unwrap_or(&[0.0; ROWS])
+    }
+
+    /// Rows from `first` on of column `j`. Those above the diagonal's block are other columns'.
+    #[inline(always)]
+    pub(crate) fn rows_mut(&mut self, j: usize, first: usize) -> &mut [f64] {
+        let (place, first) = (row_0(j), first.min(ROWS));
+        &mut self.packed[place + first..place + ROWS]
+    }
+
+    /// Columns from the first on.
+    fn columns(&self) -> impl Iterator<Item = &Vector> {
+        (0..ROWS).map(|j| self.column(j))
     }
 
     /// Diagonal of the given sigmas.
     pub(crate) fn set_vehicle(&mut self, sigma: &[f64]) {
-        self.columns = [[0.0; ROWS]; N_MAX];
+        self.clear();
         self.set_diagonal(0, sigma);
     }
 
@@ -39,13 +83,13 @@ impl Covariance {
     /// P_ij; 0 outside.
     pub(crate) fn get(&self, i: usize, j: usize) -> f64 {
         let (row, column) = if i >= j { (i, j) } else { (j, i) };
-        self.columns.get(column).and_then(|c| c.get(row)).copied().unwrap_or(0.0)
+        if row < N_MAX { self.packed[row_0(column) + row] } else { 0.0 }
     }
 
     /// P_ij of i ≥ j for writing; indices come from the layout and are below `N_MAX`.
     fn at_mut(&mut self, i: usize, j: usize) -> &mut f64 {
         let (row, column) = if i >= j { (i, j) } else { (j, i) };
-        &mut self.columns[column.min(N_MAX - 1)][row.min(N_MAX - 1)]
+        &mut self.packed[row_0(column) + row.min(N_MAX - 1)]
     }
 
     /// P_ij = a.
@@ -92,10 +136,9 @@ impl Covariance {
     #[inline(never)]
     fn block<const W: usize, const ADD: bool>(&self, n: usize, k: u8, a: [f64; W], g: &mut Vector) -> usize {
         let (n, k) = (n.min(N_MAX), usize::from(k).min(N_MAX - W));
-        let (above, rest) = self.columns.split_at(k);
-        let Some(block) = rest.first_chunk::<W>() else { return W };
+        let block: [&Vector; W] = core::array::from_fn(|w| self.column(k + w));
         let old = |g: f64, product: f64| if ADD { g + product } else { product };
-        for (column, g) in above.iter().zip(g.iter_mut()) {
+        for (column, g) in self.columns().zip(g.iter_mut()).take(k) {
             let Some(p) = column.get(k..).and_then(<[f64]>::first_chunk::<W>) else { return W };
             let mut sum = old(*g, a[0] * p[0]);
             for w in 1..W {
@@ -117,7 +160,7 @@ impl Covariance {
                 sum[lane] = old(g[i + lane], a[0] * block[0][i + lane]);
             }
             for w in 1..W {
-                let p = &block[w];
+                let p = block[w];
                 let p = [p[i], p[i + 1], p[i + 2], p[i + 3]];
                 for lane in 0..4 {
                     sum[lane] += a[w] * p[lane];
@@ -153,19 +196,14 @@ impl Covariance {
     #[inline(never)]
     pub(crate) fn update(&mut self, n: usize, gain: &Vector, g: &Vector) {
         // By blocks of four by four from the diagonal on: what is above it, and behind `n`, is computed in vain.
-        let quads = n.min(N_MAX).div_ceil(4);
-        let (gains, gs) = (gain.as_chunks::<4>().0, g.as_chunks::<4>().0);
-        let (blocks, rest) = self.columns.as_chunks_mut::<4>();
-        for (block, columns) in blocks.iter_mut().enumerate() {
-            let (Some(gains), Some(&g)) = (gains.get(block..quads), gs.get(block)) else { return };
-            subtract(columns, block, gains, g);
-        }
-        if let (Some(gain), Some(g)) = (gains.get(blocks.len()..quads).and_then(<[_]>::first), gs.get(blocks.len())) {
-            for (column, g) in rest.iter_mut().zip(g) {
-                if let Some(rows) = column.as_chunks_mut::<4>().0.get_mut(blocks.len()) {
-                    *rows = less(*rows, gain, *g);
-                }
-            }
+        let quads = n.min(N_MAX).div_ceil(BLOCK);
+        let (gains, gs) = (gain.as_chunks::<BLOCK>().0, g.as_chunks::<BLOCK>().0);
+        let mut rest = &mut self.packed[..];
+        for (block, g) in gs.iter().enumerate().take(quads) {
+            let Some(gains) = gains.get(block..quads) else { return };
+            let Some((columns, behind)) = rest.split_at_mut_checked(BLOCK * (ROWS - BLOCK * block)) else { return };
+            rest = behind;
+            subtract(columns, gains, *g);
         }
     }
 
@@ -173,16 +211,17 @@ impl Covariance {
     pub(crate) fn append(&mut self, n: usize, h: &Row, g: &mut Vector) {
         let n = n.min(N_MAX - 1);
         self.times_row(n, h, g);
-        for (column, g) in self.columns.iter_mut().zip(g.iter()).take(n) {
-            column[n] = *g;
+        for (j, g) in g.iter().enumerate().take(n) {
+            self.packed[row_0(j) + n] = *g;
         }
-        self.columns[n][n] = h.dot(g);
+        self.set(n, n, h.dot(g));
     }
 
     /// Makes room for `count` independent states at `at`.
     pub(crate) fn insert(&mut self, n: usize, at: usize, count: usize) {
         let n = n.min(N_MAX - count.min(N_MAX));
-        for column in self.columns.iter_mut().take(at) {
+        for j in 0..at.min(n) {
+            let column = self.rows_mut(j, 0);
             column.copy_within(at.min(n)..n, at.min(n) + count);
             column.iter_mut().skip(at).take(count).for_each(|p| *p = 0.0);
         }
@@ -191,8 +230,8 @@ impl Covariance {
                 *self.at_mut(i + count, j + count) = self.get(i, j);
             }
         }
-        for column in self.columns.iter_mut().skip(at).take(count) {
-            *column = [0.0; ROWS];
+        for j in at..(at + count).min(N_MAX) {
+            self.rows_mut(j, j).fill(0.0);
         }
     }
 
@@ -200,8 +239,11 @@ impl Covariance {
     pub(crate) fn remove(&mut self, n: usize, at: usize, count: usize) {
         let n = n.min(N_MAX);
         let behind = (at + count).min(n);
-        for column in self.columns.iter_mut().take(at) {
-            column.copy_within(behind..n, at.min(behind));
+        for j in 0..at.min(n) {
+            let column = self.rows_mut(j, 0);
+            for i in behind..n {
+                column[i.saturating_sub(count)] = column[i];
+            }
         }
         for j in behind..n {
             for i in j..n {
@@ -214,27 +256,30 @@ impl Covariance {
     pub(crate) fn shear(&mut self, n: usize, target: usize, source: usize, a: f64) {
         let source = source.min(N_MAX - 1);
         let (n, target) = (n.min(N_MAX), target.min(source));
-        let (cross, variance) = (self.columns[target][source], self.columns[source][source]);
-        for column in &mut self.columns[..target] {
-            column[target] += a * column[source];
+        let (cross, variance) = (self.get(source, target), self.get(source, source));
+        for j in 0..target {
+            let place = row_0(j);
+            self.packed[place + target] += a * self.packed[place + source];
         }
+        let place = row_0(target);
         for j in target + 1..=source {
-            self.columns[target][j] += a * self.columns[j][source];
+            self.packed[place + j] += a * self.packed[row_0(j) + source];
         }
-        let (before, behind) = self.columns.split_at_mut(source);
-        if let (Some(target), Some(source_column)) = (before.get_mut(target), behind.first()) {
-            for (p, q) in target.iter_mut().zip(source_column).take(n).skip(source + 1) {
-                *p += a * q;
+        let (before, behind) = self.packed.split_at_mut(row_0(source) + source);
+        if let Some(target) = before.get_mut(place + source..) {
+            for (p, q) in target.iter_mut().zip(behind).take(n - source).skip(1) {
+                *p += a * *q;
             }
         }
-        self.columns[target][target] += a * (2.0 * cross + a * variance);
+        self.add(target, target, a * (2.0 * cross + a * variance));
     }
 
     /// The vehicle block as a full matrix.
     pub(crate) fn vehicle_block(&self, full: &mut [[f64; VEHICLE_STATES]; VEHICLE_STATES]) {
         for j in 0..VEHICLE_STATES {
+            let column = self.column(j);
             for i in j..VEHICLE_STATES {
-                let p = self.columns[j][i];
+                let p = column[i];
                 full[j][i] = p;
                 full[i][j] = p;
             }
@@ -242,11 +287,15 @@ impl Covariance {
     }
 }
 
-/// Four columns of P − K gᵀ from the block `first` of four rows on. Not inlined: the loop needs all registers.
+/// Four columns of P − K gᵀ from their first block on. Not inlined: the loop needs all registers.
 #[inline(never)]
-fn subtract(columns: &mut [Vector; 4], first: usize, gains: &[[f64; 4]], g: [f64; 4]) {
-    let [a, b, c, d] = columns.each_mut().map(|column| column.as_chunks_mut::<4>().0.iter_mut().skip(first));
-    for ((((a, b), c), d), gain) in a.zip(b).zip(c).zip(d).zip(gains) {
+fn subtract(columns: &mut [f64], gains: &[[f64; BLOCK]], g: [f64; BLOCK]) {
+    let rows = columns.len() / BLOCK;
+    let Some((a, columns)) = columns.split_at_mut_checked(rows) else { return };
+    let Some((b, columns)) = columns.split_at_mut_checked(rows) else { return };
+    let Some((c, d)) = columns.split_at_mut_checked(rows) else { return };
+    let [a, b, c, d] = [a, b, c, d].map(|column| column.as_chunks_mut::<BLOCK>().0);
+    for ((((a, b), c), d), gain) in a.iter_mut().zip(b).zip(c).zip(d).zip(gains) {
         *a = less(*a, gain, g[0]);
         *b = less(*b, gain, g[1]);
         *c = less(*c, gain, g[2]);

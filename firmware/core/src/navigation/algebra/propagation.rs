@@ -32,7 +32,7 @@ pub(crate) fn propagate_vehicle(p: &mut Covariance, n: usize, step: &Discretisat
 #[inline(never)]
 fn propagate_rows(p: &mut Covariance, pair: usize, step: &Discretisation, effects: &[AcceleratingEffect]) {
     let load = |p: &Covariance, state: usize| -> Pair {
-        p.columns[state].as_chunks::<LANES>().0.get(pair).copied().unwrap_or_default()
+        p.column(state).as_chunks::<LANES>().0.get(pair).copied().unwrap_or_default()
     };
     let driving = DRIVING.map(|state| load(p, state));
     let heading = load(p, PSI);
@@ -48,14 +48,18 @@ fn propagate_rows(p: &mut Covariance, pair: usize, step: &Discretisation, effect
     });
     for effect in effects {
         let source = EFFECTS + effect.slot;
-        let cross: Pair = core::array::from_fn(|lane| p.get(LANES * pair + lane, source));
+        let cross: Pair = if source <= LANES * pair {
+            load(p, source)
+        } else {
+            core::array::from_fn(|lane| p.column(LANES * pair + lane).get(source).copied().unwrap_or(0.0))
+        };
         for (sum, gamma) in sums.iter_mut().zip(&effect.gamma) {
             add_pair(sum, *gamma, &cross);
         }
     }
-    for (column, sum) in p.columns.iter_mut().zip(sums) {
-        if let Some(rows) = column.as_chunks_mut::<LANES>().0.get_mut(pair) {
-            *rows = sum;
+    for (j, sum) in sums.iter().enumerate() {
+        if let Some(rows) = p.rows_mut(j, LANES * pair).first_chunk_mut() {
+            *rows = *sum;
         }
     }
 }
@@ -83,7 +87,8 @@ fn half_block(
     full: &mut [Column; VEHICLE_STATES],
 ) {
     p.vehicle_block(full);
-    for (row, cross) in full.iter_mut().zip(&p.columns) {
+    for (j, row) in full.iter_mut().enumerate() {
+        let column = p.column(j);
         let old = *row;
         let mut new = [0.0; VEHICLE_STATES];
         new[..PHI].copy_from_slice(&old[..PHI]);
@@ -94,7 +99,7 @@ fn half_block(
             add_column(&mut new, old[DRIVING[k]], &step.phi[k]);
         }
         for effect in effects {
-            add_column(&mut new, cross.get(EFFECTS + effect.slot).copied().unwrap_or(0.0), &effect.gamma);
+            add_column(&mut new, column.get(EFFECTS + effect.slot).copied().unwrap_or(0.0), &effect.gamma);
         }
         *row = new;
     }
@@ -110,8 +115,8 @@ fn complete_block(
 ) {
     let mut cross = [[0.0; VEHICLE_STATES]; PLANT_STATES];
     for (row, effect) in cross.iter_mut().zip(effects) {
-        for (value, column) in row.iter_mut().zip(&p.columns) {
-            *value = column.get(EFFECTS + effect.slot).copied().unwrap_or(0.0);
+        for (j, value) in row.iter_mut().enumerate() {
+            *value = p.column(j).get(EFFECTS + effect.slot).copied().unwrap_or(0.0);
         }
     }
     for j in 0..VEHICLE_STATES {
@@ -128,7 +133,9 @@ fn complete_block(
         for (effect, row) in effects.iter().zip(&cross) {
             add_column(&mut sum, effect.gamma[j], row);
         }
-        p.columns[j][..VEHICLE_STATES].copy_from_slice(&sum);
+        for (p, sum) in p.rows_mut(j, j).iter_mut().zip(sum.iter().skip(j)) {
+            *p = *sum;
+        }
     }
 }
 

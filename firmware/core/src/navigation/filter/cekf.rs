@@ -389,8 +389,8 @@ impl Filter {
         digest.word(self.time_us);
         digest.word(n as u64);
         self.x.iter().for_each(|x| digest.number(x));
-        for (j, column) in self.p.columns.iter().enumerate().take(n) {
-            column.iter().take(n).skip(j).for_each(|p| digest.number(*p));
+        for j in 0..n {
+            self.p.column(j).iter().take(n).skip(j).for_each(|p| digest.number(*p));
         }
         digest.finish()
     }

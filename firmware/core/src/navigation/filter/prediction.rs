@@ -180,8 +180,8 @@ impl Filter {
         if !self.x.vehicle.as_slice().iter().chain(tail).all(|x| x.is_finite()) {
             return Err(NavigationError::NotFinite);
         }
-        for (i, column) in self.p.columns.iter().enumerate().take(n) {
-            let variance = column[i];
+        for i in 0..n {
+            let variance = self.p.get(i, i);
             if !variance.is_finite() {
                 return Err(NavigationError::NotFinite);
             }

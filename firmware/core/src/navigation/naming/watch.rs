@@ -274,6 +274,7 @@ impl Naming {
     }
 
     /// Keeps the sums as those of an onset, and begins to weigh.
+    #[inline(never)]
     fn close_block(&mut self, now_us: u64) {
         self.counted_us = 0;
         self.see_scatter();
@@ -332,6 +333,7 @@ impl Naming {
     }
 
     /// Weighs all causes since one onset.
+    #[inline(never)]
     fn weigh(&mut self) {
         let Self { sensitivities, factor, candidates, place, taken, start_us, .. } = self;
         let Some((newest, earlier)) = sensitivities.onsets().split_last() else { return };
@@ -407,6 +409,7 @@ impl Naming {
     }
 
     /// Lets one more column change since the first onset taken.
+    #[inline(never)]
     fn open(&mut self) {
         let Self { sensitivities, factor, place, taken, start_us, left, .. } = self;
         let onsets = sensitivities.onsets();

@@ -10,7 +10,6 @@ mod dual;
 
 use crate::dynamics::{VehicleModel, VehicleParameters};
 use crate::effects::{EffectSet, ParameterId};
-use crate::navigation::algebra::covariance::ROWS;
 use crate::navigation::algebra::layout::{CLONE_VELOCITY, CloneKind, EFFECTS, N_MAX, SHIP_VELOCITY};
 use crate::navigation::filter::cekf::Filter;
 use crate::navigation::*;
@@ -99,7 +98,7 @@ impl Scene {
             navigator.x.add_tail(at, 3.0 * random.within(1.0));
         }
         // Gains are zero where nothing is uncertain: fusing then only evaluates h and H.
-        navigator.p.columns = [[0.0; ROWS]; N_MAX];
+        navigator.p.clear();
         Self { navigator, states, vehicle_clone, ship_clone }
     }
 

@@ -67,7 +67,7 @@ fn navigator(vectors: &Value, x: &str, p: &str) -> (Box<Filter>, CloneId) {
     for j in 0..N {
         let column = numbers(&case[p][theirs(j)]);
         for i in j..N {
-            navigator.p.columns[j][i] = column[theirs(i)];
+            navigator.p.set(i, j, column[theirs(i)]);
         }
     }
     (navigator, clone)

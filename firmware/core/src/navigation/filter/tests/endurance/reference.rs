@@ -47,7 +47,7 @@ impl Reference {
     }
 
     fn set_shadow_covariance(&mut self, diagonal: f64) {
-        self.shadow.p.columns = [[0.0; ROWS]; N_MAX];
+        self.shadow.p.clear();
         let n = self.shadow.dimension();
         self.shadow.p.set_diagonal(0, &[diagonal; N_MAX][..n]);
     }
