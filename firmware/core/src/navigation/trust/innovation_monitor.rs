@@ -61,7 +61,7 @@ pub(crate) const LARGEST_CURRENT_MPS: f64 = 0.5;
 /// After this time without a measurement a source is silent, µs.
 fn silence_us(sensor: Sensor) -> u64 {
     match sensor {
-        Sensor::Range | Sensor::RangeRate => 300_000_000,
+        Sensor::Range | Sensor::RangeRate | Sensor::Usbl => 300_000_000,
         _ => 10_000_000,
     }
 }
