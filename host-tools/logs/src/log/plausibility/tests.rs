@@ -196,15 +196,15 @@ fn what_was_compared_without_a_conclusion_is_inconclusive() {
     assert!(compared.iter().all(|test| !test.lacks_columns), "{untested:?}");
 }
 
-/// The same with a fix by USBL every ten seconds of a ship 200 m to the south-west, `change` applied to what it reads.
+/// The same with a fix by USBL every ten seconds of a ship 250 m to the south, `change` applied to what it reads.
 fn seen_by_ship(change: impl Fn([f64; 3]) -> [f64; 3]) -> Log {
     let mut log = good();
     for row in log.rows.iter_mut().step_by(50) {
         let [x, y] = row.gnss_m().unwrap();
-        let (north, east, down) = (x + 150.0, y + 130.0, row.get(Column::Depth).unwrap());
+        let (north, east, down) = (x + 250.0, y + 30.0, row.get(Column::Depth).unwrap());
         let level = north.hypot(east);
         let read = [level.hypot(down), east.atan2(north), (-down).atan2(level)];
-        row.set_all(Column::UsblRange, &change(read)).set_all(Column::ShipX, &[-150.0, -130.0]);
+        row.set_all(Column::UsblRange, &change(read)).set_all(Column::ShipX, &[-250.0, -30.0]);
     }
     log
 }
