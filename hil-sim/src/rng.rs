@@ -58,6 +58,10 @@ pub enum Source {
     NoiseMixture = 22,
     /// Which readings of a log are lost or repeated.
     Readings = 23,
+    /// Fixes by USBL and ranges to transponders of a data set.
+    Positioning = 24,
+    /// Which of these are no direct path.
+    PositioningOutliers = 25,
 }
 
 /// The random numbers of one source.

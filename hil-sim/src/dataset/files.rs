@@ -21,6 +21,14 @@ pub fn write(dataset: &Dataset, spec: &Spec, folder: &Path) -> Result<(), DataEr
     if spec.ctd {
         columns.push(Column::WaterDensity);
     }
+    if spec.usbl {
+        columns.extend_from_slice(Column::group(Column::UsblRange, Column::UsblElevation));
+        columns.extend([Column::UsblRangeSigma, Column::UsblAngleSigma]);
+    }
+    if spec.lbl {
+        columns.push(Column::TwoWayRange);
+        columns.extend_from_slice(Column::group(Column::Station, Column::StationZ));
+    }
     let mut log = LogWriter::with_columns(&folder.join("log.csv"), &columns)?;
     dataset.log.rows.iter().try_for_each(|row| log.write(row))?;
     log.finish()?;

@@ -8,6 +8,7 @@
 mod autopilot;
 mod files;
 mod mission;
+mod positioning;
 mod readings;
 pub mod runs;
 
@@ -49,6 +50,10 @@ pub struct Spec {
     pub dvl: bool,
     /// The ship sends.
     pub ranges: bool,
+    /// A USBL on the ship sees the vehicle.
+    pub usbl: bool,
+    /// The vehicle asks fixed transponders.
+    pub lbl: bool,
     /// A CTD gives the water's density.
     pub ctd: bool,
     /// Fins and propeller move on from one command to the next, and the log samples them; else they hold each command.
@@ -67,6 +72,8 @@ impl Spec {
             noise: NoiseKind::White,
             dvl: true,
             ranges: true,
+            usbl: false,
+            lbl: false,
             ctd: false,
             ramps: false,
         }
@@ -106,6 +113,8 @@ pub fn simulate(spec: &Spec, seed: u64) -> Dataset {
     let mut ctd = Stream::new(seed, Source::Ctd);
     let end_us = (spec.duration_s * 1e6) as u64;
     let mut before = None;
+    let arm_m = scenario.physics().installation.transducer_arm_m;
+    let mut places = Vec::new();
     for time_us in (0..=end_us).step_by(COMMAND_US as usize) {
         world.advance(time_us, &mut |observation| {
             autopilot.observe(observation);
@@ -114,6 +123,12 @@ pub fn simulate(spec: &Spec, seed: u64) -> Dataset {
                 None => recorder.observe(observation),
             }
         });
+        if spec.usbl || spec.lbl {
+            places.push(positioning::Place {
+                vehicle_m: world.truth().position_at(arm_m),
+                ship_m: world.ship().position_m,
+            });
+        }
         if time_us.is_multiple_of(TRUTH_US) {
             let now = world.truth();
             rows.push(TruthRow {
@@ -139,6 +154,9 @@ pub fn simulate(spec: &Spec, seed: u64) -> Dataset {
         }
         let input = ActuatorInput { propeller_radps: logged.propeller_radps, fins_rad: logged.fins_rad };
         recorder.row(time_us).set_actuators(&input);
+    }
+    if let Some(positioning) = positioning::Positioning::new(spec, &scenario, places, seed) {
+        positioning.log(&mut recorder.log.rows);
     }
     let truth = Truth { rows, notes: Vec::new() };
     Dataset { log: recorder.log, truth, effects, legs, seed }

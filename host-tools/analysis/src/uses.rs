@@ -20,8 +20,8 @@ pub enum Navigation {
 /// The best way to navigate a log; `None` if the filter may lack what it starts from.
 pub fn navigation(log: &Log) -> Option<Navigation> {
     let has_attitude = log.rows.iter().any(|row| row.attitude_rad().is_some());
-    let aiding = [Column::DvlU, Column::Range, Column::TwoWayRange, Column::UplinkRange];
-    let has_aiding = aiding.into_iter().any(|column| log.has(column));
+    let aiding = [Column::DvlU, Column::Range, Column::TwoWayRange, Column::UplinkRange, Column::UsblRange];
+    let has_aiding = aiding.into_iter().chain([Column::UsblNorth]).any(|column| log.has(column));
     if has_actuators(log) {
         Some(Navigation::Dynamic)
     } else if has_attitude && has_aiding {
@@ -53,7 +53,8 @@ pub fn of(log: &Log) -> [Use; 3] {
 }
 
 fn navigate(log: &Log) -> Result<&'static str, String> {
-    let start = lacking(log, &[Column::GpsX, Column::GpsY]);
+    let is_seen = log.rows.iter().any(|row| row.usbl().is_some() && row.ship_at_launch_m().is_some());
+    let start = if is_seen { String::new() } else { lacking(log, &[Column::GpsX, Column::GpsY]) };
     match navigation(log) {
         None if is_beside(log) && [Column::Tol, Column::Range, Column::UplinkRange].iter().any(|c| log.has(*c)) => {
             Ok("only beside a vehicle's log, with --modem")

@@ -83,6 +83,7 @@ mod tests {
                     sigma: 1.0,
                     alike: 1.0,
                     used: true,
+                    station: None,
                 })
                 .collect(),
             ..Pass::default()

@@ -21,7 +21,7 @@ pub struct Span {
 pub struct Candidate {
     /// The entry.
     pub effect: &'static str,
-    /// Which fin, where it has one.
+    /// Which fin, from 0, or which transponder, its number, where it has one.
     pub fin: Option<usize>,
     /// When, where it is an event.
     pub span: Option<Span>,
@@ -105,9 +105,16 @@ impl Candidate {
     #[must_use]
     pub fn label(&self) -> String {
         match self.fin {
-            Some(fin) => format!("{} ({})", self.effect, FIN_NAMES[fin]),
+            Some(fin) => format!("{} ({})", self.effect, self.which(fin)),
             None => self.effect.to_owned(),
         }
+    }
+
+    /// Name of the fin, or number of the transponder.
+    #[must_use]
+    pub fn which(&self, place: usize) -> String {
+        let is_fin = self.info().parameters.iter().any(|parameter| parameter.kind == ParameterKind::Fin);
+        FIN_NAMES.get(place).filter(|_| is_fin).map_or_else(|| place.to_string(), |name| (*name).to_owned())
     }
 
     /// All values of the entry with these sizes.
@@ -116,6 +123,7 @@ impl Candidate {
         let mut sizes = sizes.iter();
         let value = |kind: ParameterKind, sizes: &mut std::slice::Iter<'_, f64>| match kind {
             ParameterKind::Fin => self.fin.map_or(0.0, |fin| (fin + 1) as f64),
+            ParameterKind::Transponder => self.fin.map_or(0.0, |number| number as f64),
             ParameterKind::Onset => self.span.map_or(0.0, |span| span.onset_s),
             ParameterKind::End => self.span.and_then(|span| span.end_s).unwrap_or(0.0),
             ParameterKind::Size | ParameterKind::Shape => sizes.next().copied().unwrap_or(0.0),
@@ -192,12 +200,14 @@ pub fn set_of(declared: &Effects, instances: &[Instance]) -> Effects {
 }
 
 /// What a log holds that the entries of the catalogue need.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Scope {
     /// Channels with samples.
     pub present: [bool; ResidualChannel::COUNT],
     /// The log gives the density of the water.
     pub has_density: bool,
+    /// Numbers of the fixed transponders that were heard.
+    pub stations: Vec<u32>,
     /// Length of the log, s.
     pub duration_s: f64,
     /// Effects that the vehicle file declares.
@@ -217,10 +227,22 @@ pub fn beyond(scope: &Scope) -> Vec<(&'static str, &'static str)> {
             "the log has no water_density_kg_per_m3; without it, a change of density looks like buoyancy_offset",
         ));
     }
-    if !scope.present[ResidualChannel::Range as usize] {
-        for effect in ["sound_speed", "clock_offset", "clock_drift", "range_outliers"] {
+    let has = |channel: ResidualChannel| scope.present[channel as usize];
+    if !has(ResidualChannel::Range) {
+        for effect in ["clock_offset", "clock_drift"] {
             reasons.push((effect, "the log has no ranges"));
         }
+        if !has(ResidualChannel::UsblAlong) {
+            for effect in ["sound_speed", "range_outliers"] {
+                reasons.push((effect, "the log has no ranges"));
+            }
+        }
+    }
+    if !has(ResidualChannel::UsblAcross) {
+        reasons.push(("usbl_turn", "the log has no fixes by USBL"));
+    }
+    if scope.stations.is_empty() {
+        reasons.push(("transponder_place", "the log has no ranges to fixed transponders"));
     }
     if !scope.present[ResidualChannel::DvlU as usize] {
         for effect in ["dvl_scale", "dvl_misalignment", "dvl_delay", "dvl_lever_arm", "waves"] {
@@ -262,8 +284,11 @@ pub fn catalogue(
         }
         let has = |kind| info.parameters.iter().any(|parameter| parameter.kind == kind);
         let is_event = has(ParameterKind::Onset);
-        let fins: Vec<Option<usize>> =
-            if has(ParameterKind::Fin) { (0..FIN_NAMES.len()).map(Some).collect() } else { vec![None] };
+        let fins: Vec<Option<usize>> = match (has(ParameterKind::Fin), has(ParameterKind::Transponder)) {
+            (true, _) => (0..FIN_NAMES.len()).map(Some).collect(),
+            (_, true) => scope.stations.iter().map(|number| Some(*number as usize)).collect(),
+            _ => vec![None],
+        };
         for fin in fins {
             let candidate = Candidate { effect: info.name, fin, span: is_event.then_some(Span::ALWAYS) };
             hypotheses.extend(add_entry(&set, &candidate, spans, &mut terms, &mut column));

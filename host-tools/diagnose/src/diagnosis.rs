@@ -415,7 +415,7 @@ fn values(candidate: &Candidate, sizes: &[f64], sigmas: &[f64], [onset, end]: In
                 }
                 ParameterKind::Onset => onset.unwrap_or(UNKNOWN),
                 ParameterKind::End => end.unwrap_or(UNKNOWN),
-                ParameterKind::Fin | ParameterKind::Shape => [value, value],
+                ParameterKind::Fin | ParameterKind::Transponder | ParameterKind::Shape => [value, value],
             };
             ParameterEstimate { name: parameter.name, unit: parameter.unit, kind: parameter.kind, value, ci95 }
         })

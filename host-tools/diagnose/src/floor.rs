@@ -46,8 +46,10 @@ fn position(log_data: &PreparedLog, pass: &Pass, scores: &Scores) -> Option<Rema
     let carrier = if present[ResidualChannel::DvlU as usize] { Carrier::BottomTrack } else { Carrier::WaterSpeed };
     let runs = distances_run(pass);
     let total_m = runs.last()?.1;
-    let ranges = pass.residuals.iter().filter(|r| r.channel == ResidualChannel::Range && r.used).count();
-    let between_fixes_m = if ranges > 0 { RANGES_A_FIX * total_m / ranges as f64 } else { total_m };
+    let of = |channel| pass.residuals.iter().filter(|r| r.channel == channel && r.used).count() as f64;
+    // a USBL makes a fix by itself
+    let ranges = of(ResidualChannel::Range) + RANGES_A_FIX * of(ResidualChannel::UsblAlong);
+    let between_fixes_m = if ranges > 0.0 { RANGES_A_FIX * total_m / ranges } else { total_m };
     let judged = scores.position_errors.iter().filter(|(t_s, _)| log_data.is_judged(*t_s));
     let (mut left, mut most) = (Vec::new(), Vec::new());
     for (t_s, error_m) in judged {
@@ -86,6 +88,8 @@ impl ResidualChannel {
             Self::GnssX | Self::GnssY => SensorKind::Gnss,
             Self::Range => SensorKind::Range,
             Self::RangeRate => SensorKind::RangeRate,
+            Self::UsblAlong => SensorKind::Range,
+            Self::UsblAcross | Self::UsblDown => SensorKind::Usbl,
             Self::DepthRate => SensorKind::DepthRate,
             Self::WaterSpeed => SensorKind::WaterSpeed,
         }

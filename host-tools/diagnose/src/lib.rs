@@ -30,6 +30,7 @@
 //! judged on the rest. The evidence is corrected for the number of hypotheses tried, and divided by the factor by which the blocks'
 //! scores scatter more than the noise explains (residuals that are still coloured).
 
+mod acoustic_path;
 pub mod alternatives;
 pub mod borne_out;
 pub mod candidates;

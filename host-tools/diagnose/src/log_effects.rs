@@ -6,6 +6,9 @@
 //! torque of the propeller, inputs that are late. Late readings need what
 //! the vehicle did before: [`Lateness`] follows its motion as the model moves it, so that no innovation is counted twice.
 
+pub use crate::acoustic_path::PathAt;
+
+use crate::acoustic_path::turned_about_down;
 use backseat_core::dynamics::{ActuatorInput, Attitude};
 use backseat_core::effects::{EffectError, EffectSet, SensorChannel, Step};
 use backseat_core::parameters::Installation;
@@ -19,17 +22,19 @@ use std::collections::VecDeque;
 /// Most numbers of one entry.
 const MOST: usize = 3;
 
-/// The entries, with the sensor that shows each; torque and late inputs move the hull itself.
-const ENTRIES: [(&str, Option<SensorChannel>); 9] = [
-    ("heading_lag", Some(SensorChannel::Attitude)),
-    ("soft_iron", Some(SensorChannel::Attitude)),
-    ("dvl_delay", Some(SensorChannel::Dvl)),
-    ("dvl_lever_arm", Some(SensorChannel::Dvl)),
-    ("depth_scale", Some(SensorChannel::Depth)),
-    ("propeller_torque", None),
-    ("gnss_lever_arm", Some(SensorChannel::Gnss)),
-    ("transducer_lever_arm", Some(SensorChannel::Range)),
-    ("input_delay", None),
+/// The entries, with the sensors that show each; torque and late inputs move the hull itself.
+const ENTRIES: [(&str, &[SensorChannel]); 11] = [
+    ("heading_lag", &[SensorChannel::Attitude]),
+    ("soft_iron", &[SensorChannel::Attitude]),
+    ("dvl_delay", &[SensorChannel::Dvl]),
+    ("dvl_lever_arm", &[SensorChannel::Dvl]),
+    ("depth_scale", &[SensorChannel::Depth]),
+    ("propeller_torque", &[]),
+    ("gnss_lever_arm", &[SensorChannel::Gnss]),
+    ("transducer_lever_arm", &[SensorChannel::Range, SensorChannel::TwoWayRange]),
+    ("input_delay", &[]),
+    ("usbl_turn", &[SensorChannel::Usbl]),
+    ("transponder_place", &[SensorChannel::Range, SensorChannel::TwoWayRange]),
 ];
 const HEADING_LAG: usize = 0;
 const SOFT_IRON: usize = 1;
@@ -40,6 +45,9 @@ const TORQUE: usize = 5;
 const GNSS_ARM: usize = 6;
 const TRANSDUCER_ARM: usize = 7;
 const INPUT_DELAY: usize = 8;
+const USBL_TURN: usize = 9;
+/// Number, north, east.
+const PLACE: usize = 10;
 
 /// Values of all effects; all zero is the declared model.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -62,10 +70,13 @@ pub fn is_known(name: &str) -> bool {
     ENTRIES.iter().any(|(entry, _)| *entry == name)
 }
 
+/// Errors of readings that `[installation]` of a vehicle file has no place for.
+const OF_READINGS: [usize; 5] = [HEADING_LAG, SOFT_IRON, DEPTH_SCALE, USBL_TURN, PLACE];
+
 /// Whether it is an error of readings that `[installation]` of a vehicle file has no place for.
 #[must_use]
 pub fn is_of_readings(name: &str) -> bool {
-    [HEADING_LAG, SOFT_IRON, DEPTH_SCALE].iter().any(|entry| ENTRIES[*entry].0 == name)
+    OF_READINGS.iter().any(|entry| ENTRIES[*entry].0 == name)
 }
 
 /// Whether it makes actuators late.
@@ -99,10 +110,10 @@ impl Effects {
                 sensors.extend(info.hooks.measure.iter().flat_map(|measure| measure.channels));
             }
         }
-        for ((values, others), (_, sensor)) in self.log.iter().zip(&other.log).zip(ENTRIES) {
+        for ((values, others), (_, shown_by)) in self.log.iter().zip(&other.log).zip(ENTRIES) {
             if values != others {
-                in_process |= sensor.is_none();
-                sensors.extend(sensor);
+                in_process |= shown_by.is_empty();
+                sensors.extend(shown_by);
             }
         }
         (sensors, in_process)
@@ -132,13 +143,12 @@ impl Effects {
         self.log[HEADING_LAG][0] != 0.0 || self.log[DVL_DELAY][0] != 0.0
     }
 
-    /// What these entries make of a perfect reading, in place, of a vehicle at `x`; returns ∂(read)/∂(true). `along` is
-    /// the unit vector of an acoustic path, towards the vehicle, in body axes.
+    /// What these entries make of a perfect reading, in place, of a vehicle at `x`; returns ∂(read)/∂(true).
     pub fn read(
         &self,
         late: &Lateness,
         sensor: SensorChannel,
-        (x, along): (&VehicleState, [f64; 3]),
+        (x, path): (&VehicleState, PathAt),
         reading: &mut [f64; 3],
     ) -> [[f64; 3]; 3] {
         let mut slope = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
@@ -168,12 +178,40 @@ impl Effects {
                 reading[0] += arm.x;
                 reading[1] += arm.y;
             }
-            SensorChannel::Range => {
-                reading[0] += (0..3).map(|axis| along[axis] * self.log[TRANSDUCER_ARM][axis]).sum::<f64>();
+            SensorChannel::Range | SensorChannel::TwoWayRange => {
+                reading[0] += (0..3).map(|axis| path.body[axis] * self.log[TRANSDUCER_ARM][axis]).sum::<f64>();
+                let [number, north_m, east_m] = self.log[PLACE];
+                if path.station.is_some_and(|station| f64::from(station) == number) {
+                    reading[0] -= path.ned[0] * north_m + path.ned[1] * east_m;
+                }
+            }
+            SensorChannel::Usbl if self.log[USBL_TURN][0] != 0.0 => {
+                slope = turned_about_down(self.log[USBL_TURN][0], path.ned);
+                let before = *reading;
+                *reading = slope.map(|row| (0..3).map(|axis| row[axis] * before[axis]).sum());
             }
             _ => {}
         }
         slope
+    }
+
+    /// What fixes and ranges by sound would be of an array that is not turned, and of transponders that are where they are
+    /// declared: the declared place is corrected.
+    fn correct_positioning(&self, log: &mut Log) {
+        let ([turn_rad, ..], [number, north_m, east_m]) = (self.log[USBL_TURN], self.log[PLACE]);
+        for row in &mut log.rows {
+            if let Some(usbl) = row.usbl().filter(|_| turn_rad != 0.0) {
+                let bearing_rad = usbl.bearing_rad - turn_rad;
+                row.set_all(Column::UsblRange, &[usbl.range_m, bearing_rad, usbl.elevation_rad]);
+            }
+            if row.station().is_some_and(|station| f64::from(station) == number) {
+                for (column, by_m) in [(Column::StationX, north_m), (Column::StationY, east_m)] {
+                    if let Some(declared) = row.get(column) {
+                        row.set(column, declared + by_m);
+                    }
+                }
+            }
+        }
     }
 
     /// The log as perfect sensors would have it: at its place, in time, without scale. Effects of the board's catalogue
@@ -181,8 +219,12 @@ impl Effects {
     #[must_use]
     pub fn corrected<'a>(&self, log: Cow<'a, Log>) -> Cow<'a, Log> {
         let mut log = log;
-        if [HEADING_LAG, SOFT_IRON, DEPTH_SCALE].iter().any(|entry| self.log[*entry] != [0.0; MOST]) {
+        let has = |entries: &[usize]| entries.iter().any(|entry| self.log[*entry] != [0.0; MOST]);
+        if has(&[HEADING_LAG, SOFT_IRON, DEPTH_SCALE]) {
             self.correct_readings(log.to_mut());
+        }
+        if has(&[USBL_TURN, PLACE]) {
+            self.correct_positioning(log.to_mut());
         }
         let [delay_s, ..] = self.log[DVL_DELAY];
         let moved = Installation {
@@ -392,10 +434,36 @@ mod tests {
             late.advance(&effects, &Step { t_s: t_s - h_s, h_s }, (&VehicleState::zeros(), &x), [0.0; 3]);
         }
         let mut reading = [0.0; 3];
-        effects.read(&late, SensorChannel::Dvl, (&x, [0.0; 3]), &mut reading);
+        effects.read(&late, SensorChannel::Dvl, (&x, PathAt::default()), &mut reading);
         // Straight lines between steps of 50 ms: h² / 8 of 0.1.
         assert!((reading[1] - 0.1 * (t_s - 0.33).cos()).abs() < 4e-5, "{reading:?}");
         assert_eq!((reading[0], reading[2]), (0.0, 0.0));
+    }
+
+    /// An array turned by 0.2 rad reads a vehicle to the north-east of it and below further to the right; the correction
+    /// gives it back, and both are one turn.
+    #[test]
+    fn val_a_turned_array_is_turned_back() {
+        let effects = Effects::default().with("usbl_turn", &[0.2]).unwrap();
+        let truth = Vector3::new(300.0, 200.0, 40.0);
+        let read = Vector3::new(
+            300.0 * 0.2_f64.cos() - 200.0 * 0.2_f64.sin(),
+            300.0 * 0.2_f64.sin() + 200.0 * 0.2_f64.cos(),
+            40.0,
+        );
+        let mut row = LogRow::new(0);
+        row.set_all(Column::UsblNorth, read.as_slice());
+        let mut log = Log::default();
+        log.rows.push(row);
+        let corrected = effects.corrected(Cow::Borrowed(&log)).rows[0].usbl().unwrap().vector_m();
+        assert!((Vector3::from(corrected) - truth).amax() < 1e-9, "{corrected:?}"); // rounding of 300 m
+        // in the triad of what was read
+        let along = read.normalize();
+        let axes = backseat_core::navigation::triad(&along);
+        let mut reading = axes.map(|axis| axis.dot(&truth));
+        let at = (&VehicleState::zeros(), PathAt { ned: along.into(), ..PathAt::default() });
+        effects.read(&Lateness::default(), SensorChannel::Usbl, at, &mut reading);
+        assert!((Vector3::from(reading) - Vector3::new(read.norm(), 0.0, 0.0)).amax() < 1e-9, "{reading:?}");
     }
 
     #[test]

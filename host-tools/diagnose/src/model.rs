@@ -1,6 +1,6 @@
 //! The declared vehicle with a set of effects, as the whitener evaluates it.
 
-use crate::log_effects::{DelayLine, Effects, Lateness};
+use crate::log_effects::{DelayLine, Effects, Lateness, PathAt};
 use backseat_core::dynamics::{ActuatorInput, Attitude, Linearisation, VehicleModel, VehicleParameters};
 use backseat_core::effects::{ActuatorMemory, CATALOGUE, EffectInfo, Moment, ParameterKind, SensorChannel, Step};
 use backseat_core::navigation::models;
@@ -135,15 +135,15 @@ impl Model {
         }
     }
 
-    /// What a sensor would read of a true value of a vehicle at `x`, and ∂(read)/∂(true); `along` is the unit vector of
-    /// an acoustic path, towards the vehicle, in body axes.
+    /// What a sensor would read of a true value of a vehicle at `x`, and ∂(read)/∂(true); with it the
+    /// acoustic path, if it is one.
     #[must_use]
     pub fn read(
         &self,
         t_s: f64,
         channel: SensorChannel,
         truth: [f64; 3],
-        at: (&VehicleState, [f64; 3]),
+        at: (&VehicleState, PathAt),
     ) -> ([f64; 3], [[f64; 3]; 3]) {
         let moment = Moment { t_s, sound_speed_mps: self.sound_speed_mps };
         let mut reading = truth;

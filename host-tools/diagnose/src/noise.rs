@@ -4,7 +4,9 @@ use crate::samples::{LogEvent, Reading, ResidualChannel, Samples};
 use crate::split::{DataPart, Split};
 use crate::whitener::Residual;
 use backseat_core::navigation::SensorNoise;
+use backseat_logs::log::USBL_ANGLE_SIGMA_RAD;
 use backseat_logs::stats::{median, poisson_tail};
+use std::collections::BTreeMap;
 
 /// Samples below which a channel's scale is not estimated.
 const LEAST_SAMPLES: usize = 60;
@@ -18,6 +20,9 @@ const OUTLIER: f64 = 4.5;
 /// Times that the neighbours are chosen again.
 const PASSES: usize = 3;
 
+/// Distance at which the direction of a USBL is given in metres, where no fix states it, m.
+const USBL_DISTANCE_M: f64 = 500.0;
+
 /// What a sensor is declared to scatter by in the whitener, in the channel's unit.
 #[must_use]
 pub fn declared(channel: ResidualChannel, sensors: &SensorNoise) -> f64 {
@@ -28,7 +33,8 @@ pub fn declared(channel: ResidualChannel, sensors: &SensorNoise) -> f64 {
         C::P | C::Q | C::R => sensors.rates_radps,
         C::DvlU | C::DvlV | C::DvlW | C::WaterSpeed => sensors.dvl_mps,
         C::GnssX | C::GnssY => sensors.gnss_m,
-        C::Range => sensors.range_m,
+        C::Range | C::UsblAlong => sensors.range_m,
+        C::UsblAcross | C::UsblDown => USBL_DISTANCE_M * USBL_ANGLE_SIGMA_RAD,
         C::RangeRate => sensors.range_rate_mps,
     }
 }
@@ -61,21 +67,29 @@ pub fn scales(residuals: &[Residual], sensors: &SensorNoise) -> [f64; ResidualCh
     })
 }
 
-/// Ranges, in order, that are far from what their neighbours say: (time in s, is an outlier). How far is too far is taken
-/// from the ranges that do not judge.
+/// Ranges, in order, that are far from what their neighbours of the same other end say: (time in s, is an outlier). How
+/// far is too far is taken from the ranges that do not judge.
 #[must_use]
 pub fn outliers(residuals: &[Residual], split: &Split) -> Vec<(f64, bool)> {
-    let ranges: Vec<&Residual> = residuals.iter().filter(|r| r.channel == ResidualChannel::Range).collect();
+    let is_range = |r: &&Residual| matches!(r.channel, ResidualChannel::Range | ResidualChannel::UsblAlong);
+    let ranges: Vec<&Residual> = residuals.iter().filter(is_range).collect();
     let mut is_out = vec![false; ranges.len()];
     let mut distances = vec![0.0; ranges.len()];
+    // A transponder that stands elsewhere makes no outliers of its ranges among those of others.
+    let mut alike: BTreeMap<(ResidualChannel, Option<u32>), Vec<usize>> = BTreeMap::new();
+    for (i, r) in ranges.iter().enumerate() {
+        alike.entry((r.channel, r.station)).or_default().push(i);
+    }
     // Neighbours that are outliers themselves say nothing: look again without them.
     for _ in 0..PASSES {
-        for (i, distance) in distances.iter_mut().enumerate() {
-            let near: Vec<f64> = (i.saturating_sub(NEIGHBOURS)..(i + NEIGHBOURS + 1).min(ranges.len()))
-                .filter(|j| *j != i && !is_out[*j])
-                .map(|j| ranges[j].innovation)
-                .collect();
-            *distance = (ranges[i].innovation - median(&near).unwrap_or(0.0)) / ranges[i].sigma;
+        for group in alike.values() {
+            for (place, i) in group.iter().enumerate() {
+                let near: Vec<f64> = (place.saturating_sub(NEIGHBOURS)..(place + NEIGHBOURS + 1).min(group.len()))
+                    .filter(|j| *j != place && !is_out[group[*j]])
+                    .map(|j| ranges[group[j]].innovation)
+                    .collect();
+                distances[*i] = (ranges[*i].innovation - median(&near).unwrap_or(0.0)) / ranges[*i].sigma;
+            }
         }
         // Where an effect moves the ranges about, neighbours differ by more than their noise.
         let seen = ranges.iter().zip(&distances).filter(|(r, _)| split.is_at(DataPart::Seen, r.t_s));
@@ -92,8 +106,9 @@ pub fn outliers(residuals: &[Residual], split: &Split) -> Vec<(f64, bool)> {
 #[must_use]
 pub fn flags(samples: &Samples, outliers: &[(f64, bool)]) -> Vec<bool> {
     let found: Vec<f64> = outliers.iter().filter(|(_, is)| *is).map(|(t_s, _)| *t_s).collect();
-    let acoustic =
-        samples.events.iter().filter(|(_, event)| matches!(event, LogEvent::Reading(Reading::Acoustic { .. })));
+    let is_acoustic =
+        |event: &LogEvent| matches!(event, LogEvent::Reading(Reading::Acoustic { .. } | Reading::Usbl { .. }));
+    let acoustic = samples.events.iter().filter(|(_, event)| is_acoustic(event));
     acoustic.map(|(t_s, _)| found.contains(t_s)).collect()
 }
 

@@ -14,6 +14,7 @@ use backseat_estimation::commands::InputTiming;
 use backseat_estimation::inputs;
 use backseat_logs::log::Column;
 use backseat_logs::{Log, VehicleFile};
+use std::collections::BTreeSet;
 
 /// Length of a block, s: longer than the coloured part of most residuals, short against a log.
 pub const BLOCK_S: f64 = 20.0;
@@ -93,7 +94,9 @@ impl PreparedLog {
             setup.outliers = flags;
             declared = whitener::run(&setup, &samples, &set, &[])?;
         }
+        let heard: BTreeSet<u32> = declared.residuals.iter().filter_map(|residual| residual.station).collect();
         let scope = Scope {
+            stations: heard.into_iter().collect(),
             present: present(&declared),
             has_density: log.has(Column::WaterDensity),
             duration_s: samples.duration_s,
@@ -125,6 +128,7 @@ impl PreparedLog {
             timed_beside: self.timed_beside.clone(),
             samples,
             declared,
+            scope: self.scope.clone(),
             ..*self
         })
     }

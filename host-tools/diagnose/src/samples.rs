@@ -5,7 +5,7 @@
 
 use crate::statistics::MOST_COLOURED;
 use backseat_estimation::commands::{Commands, InputLine, InputTiming};
-use backseat_logs::log::Column;
+use backseat_logs::log::{Column, LogRow, Usbl};
 use backseat_logs::{Log, VehicleFile};
 
 /// Half of the window over which the ship's track about a launch is taken, µs.
@@ -43,6 +43,12 @@ pub enum ResidualChannel {
     Range,
     /// Acoustic range rate, m/s.
     RangeRate,
+    /// USBL along the measured direction, m.
+    UsblAlong,
+    /// USBL across it in the horizontal, to the right, m.
+    UsblAcross,
+    /// USBL across it downwards, m.
+    UsblDown,
     /// Rate of depth, positive down, m/s (reduced models).
     DepthRate,
     /// Speed through the water, m/s (reduced models).
@@ -69,6 +75,9 @@ impl ResidualChannel {
         Self::GnssY,
         Self::Range,
         Self::RangeRate,
+        Self::UsblAlong,
+        Self::UsblAcross,
+        Self::UsblDown,
         Self::DepthRate,
         Self::WaterSpeed,
     ];
@@ -91,6 +100,9 @@ impl ResidualChannel {
             Self::GnssY => "GNSS east",
             Self::Range => "range",
             Self::RangeRate => "range rate",
+            Self::UsblAlong => "USBL along",
+            Self::UsblAcross => "USBL across",
+            Self::UsblDown => "USBL down",
             Self::DepthRate => "depth rate",
             Self::WaterSpeed => "speed through water",
         }
@@ -101,6 +113,7 @@ impl ResidualChannel {
     pub const fn unit(self) -> &'static str {
         match self {
             Self::Depth | Self::GnssX | Self::GnssY | Self::Range => "m",
+            Self::UsblAlong | Self::UsblAcross | Self::UsblDown => "m",
             Self::Roll | Self::Pitch | Self::Heading => "rad",
             Self::P | Self::Q | Self::R => "rad/s",
             Self::DvlU | Self::DvlV | Self::DvlW => "m/s",
@@ -136,10 +149,19 @@ pub enum Reading {
         range_rate_mps: Option<f64>,
         /// Ship at launch.
         ship: ShipAtLaunch,
+        /// Half of a round trip, which shares no clock, read midway.
+        two_way: bool,
+    },
+    /// A fix by USBL.
+    Usbl {
+        /// What was measured.
+        usbl: Usbl,
+        /// The ship's array, or what the vehicle's own array hears.
+        ship: ShipAtLaunch,
     },
 }
 
-/// The ship's transducer at a packet's launch.
+/// The ship's transducer at a packet's launch, or a fixed transponder.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ShipAtLaunch {
     /// North, east, m.
@@ -150,6 +172,20 @@ pub struct ShipAtLaunch {
     pub position_variance_m2: f64,
     /// Variance of the velocity per axis, m²/s².
     pub velocity_variance_m2ps2: f64,
+    /// Number and depth, m, of a fixed transponder that stands in the ship's place.
+    pub station: Option<(u32, f64)>,
+}
+
+impl ShipAtLaunch {
+    fn transponder(number: u32, [north, east, down]: [f64; 3]) -> Self {
+        Self {
+            position_m: [north, east],
+            velocity_mps: [0.0; 2],
+            position_variance_m2: 0.0,
+            velocity_variance_m2ps2: 0.0,
+            station: Some((number, down)),
+        }
+    }
 }
 
 /// A reading or a new input.
@@ -186,6 +222,7 @@ impl Samples {
             log.rows.iter().filter(|row| row.gnss_m().is_some()).map(|row| seconds(row.time_us)).collect();
         let ship: Vec<(u64, [f64; 2])> =
             log.rows.iter().filter_map(|row| Some((row.time_us, row.ship_gnss_m()?))).collect();
+        let stations_m = log.stations_m();
         let [mut attitudes, mut angular, mut velocities] = [Repeats::default(); 3];
         let mut samples = Self { start_us, duration_s: log.duration_s(), ..Self::default() };
         for row in &log.rows {
@@ -206,21 +243,16 @@ impl Samples {
             if let Some(position_m) = row.gnss_m() {
                 read(Reading::Gnss { position_m, alike: design_effect(&fixes_s, t_s) });
             }
-            let range_m = row.get(Column::Range);
-            let range_rate_mps = row.get(Column::RangeRate);
-            if range_m.is_some() || range_rate_mps.is_some() {
-                let flight_us = (range_m.unwrap_or(0.0).max(0.0) / vehicle.installation.sound_speed_mps * 1e6) as u64;
-                let arrival_us = match row.arrival_us() {
-                    Some(us) if us.abs_diff(row.time_us) >= 50_000 => us,
-                    _ => row.time_us,
+            for sound in sounds(row, vehicle.installation.sound_speed_mps) {
+                let at_ship = || ship_at(&ship, sound.ship_us, row.ship_at_launch_m(), vehicle.sensors.ship_gnss_m);
+                let other = match sound.station {
+                    Some(number) => stations_m.get(&number).map(|place_m| ShipAtLaunch::transponder(number, *place_m)),
+                    None => at_ship(),
                 };
-                let launch_us = row.launch_us().unwrap_or(arrival_us.saturating_sub(flight_us));
-                match ship_at(&ship, launch_us, row.ship_at_launch_m(), vehicle.sensors.ship_gnss_m) {
+                match other {
                     Some(ship) => {
-                        // Without the ship's velocity there is no range rate.
-                        let range_rate_mps = range_rate_mps.filter(|_| ship.velocity_variance_m2ps2.is_finite());
-                        let reading = Reading::Acoustic { range_m, range_rate_mps, ship };
-                        samples.events.push((seconds(arrival_us), LogEvent::Reading(reading)));
+                        let reading = sound.reading(ship);
+                        samples.events.push((seconds(sound.read_us), LogEvent::Reading(reading)));
                     }
                     None => samples.unusable_packets += 1,
                 }
@@ -239,6 +271,67 @@ impl Samples {
         // Arrivals may lie between rows; the sort is stable: what was read at the time of a command was read before it.
         self.events.sort_by(|a, b| a.0.total_cmp(&b.0));
     }
+}
+
+/// What a row measured by sound: when the vehicle's end is read, and when the ship's end was where it counts.
+struct Sound {
+    read_us: u64,
+    ship_us: u64,
+    /// The fixed transponder in the ship's place.
+    station: Option<u32>,
+    measured: Measured,
+}
+
+enum Measured {
+    Packet { range_m: Option<f64>, range_rate_mps: Option<f64>, two_way: bool },
+    Fix(Usbl),
+}
+
+impl Sound {
+    fn reading(&self, ship: ShipAtLaunch) -> Reading {
+        match self.measured {
+            Measured::Packet { range_m, range_rate_mps, two_way } => {
+                // Without the ship's velocity there is no range rate.
+                let range_rate_mps = range_rate_mps.filter(|_| ship.velocity_variance_m2ps2.is_finite());
+                Reading::Acoustic { range_m, range_rate_mps, ship, two_way }
+            }
+            Measured::Fix(usbl) => Reading::Usbl { usbl, ship },
+        }
+    }
+}
+
+fn sounds(row: &LogRow, sound_speed_mps: f64) -> impl Iterator<Item = Sound> {
+    let arrival_us = match row.arrival_us() {
+        Some(us) if us.abs_diff(row.time_us) >= 50_000 => us,
+        _ => row.time_us,
+    };
+    let flight_us = move |range_m: f64| (range_m.max(0.0) / sound_speed_mps * 1e6) as u64;
+    let left_us = move |flight_us: u64| row.launch_us().unwrap_or(arrival_us.saturating_sub(flight_us)).min(arrival_us);
+    let (range_m, range_rate_mps) = (row.get(Column::Range), row.get(Column::RangeRate));
+    let packet = (range_m.is_some() || range_rate_mps.is_some()).then(|| Sound {
+        read_us: arrival_us,
+        ship_us: row.launch_us().unwrap_or(arrival_us.saturating_sub(flight_us(range_m.unwrap_or(0.0)))),
+        station: row.station(),
+        measured: Measured::Packet { range_m, range_rate_mps, two_way: false },
+    });
+    // A vehicle at constant velocity is at half of both ways when it is midway; its turns change that by centimetres.
+    let round_trip = row.get(Column::TwoWayRange).map(|range_m| {
+        let launch_us = left_us(2 * flight_us(range_m));
+        let midway_us = launch_us + (arrival_us - launch_us) / 2;
+        let measured = Measured::Packet { range_m: Some(range_m), range_rate_mps: None, two_way: true };
+        Sound {
+            read_us: midway_us,
+            ship_us: arrival_us.saturating_sub(flight_us(range_m)),
+            station: row.station(),
+            measured,
+        }
+    });
+    let fix = row.usbl().map(|usbl| {
+        let launch_us = left_us(flight_us(usbl.range_m));
+        let (read_us, ship_us) = if usbl.on_vehicle { (arrival_us, launch_us) } else { (launch_us, arrival_us) };
+        Sound { read_us, ship_us, station: row.station().filter(|_| usbl.on_vehicle), measured: Measured::Fix(usbl) }
+    });
+    packet.into_iter().chain(round_trip).chain(fix)
 }
 
 /// Readings that are written again say nothing new: a driver that is asked more often than its sensor measures, or a
@@ -292,6 +385,7 @@ fn ship_at(fixes: &[(u64, [f64; 2])], launch_us: u64, told_m: Option<[f64; 2]>, 
             velocity_mps: [0.0; 2],
             position_variance_m2: sigma_m * sigma_m,
             velocity_variance_m2ps2: f64::INFINITY,
+            station: None,
         });
     }
     let line = |axis: usize| {
@@ -306,6 +400,7 @@ fn ship_at(fixes: &[(u64, [f64; 2])], launch_us: u64, told_m: Option<[f64; 2]>, 
         velocity_mps: [vx, vy],
         position_variance_m2: variance * (1.0 / count + mean_s * mean_s / spread),
         velocity_variance_m2ps2: variance / spread,
+        station: None,
     })
 }
 

@@ -1,6 +1,6 @@
 //! Before and after, on held-out data: prediction over several horizons, navigation, whiteness.
 
-use crate::log_effects::Effects;
+use crate::log_effects::{Effects, PathAt};
 use crate::model::Model;
 use crate::prepared_log::{DataPart, PreparedLog};
 use crate::proposal;
@@ -292,9 +292,9 @@ fn errors(
             let current = [0, 1, 2].map(|i| current[i] + rotation[(0, i)] * water[X] + rotation[(1, i)] * water[Y]);
             (SensorChannel::Dvl, ResidualChannel::DvlU, [0, 1, 2].map(|i| through[i] + current[i]), velocity)
         }
-        Reading::Gnss { .. } | Reading::Acoustic { .. } => return Vec::new(),
+        Reading::Gnss { .. } | Reading::Acoustic { .. } | Reading::Usbl { .. } => return Vec::new(),
     };
-    let predicted = model.read(t_s, sensor, truth, (x, [0.0; 3])).0;
+    let predicted = model.read(t_s, sensor, truth, (x, PathAt::default())).0;
     let error = |(i, measured): (usize, &f64)| {
         let channel = ResidualChannel::ALL[first as usize + i];
         let difference = measured - predicted[i] - regressors::reading(proposed, channel, snapshot);

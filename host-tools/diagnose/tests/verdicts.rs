@@ -55,6 +55,19 @@ fn nothing_is_found_where_nothing_is() {
     }
 }
 
+/// Fixes by USBL and ranges to transponders in place of one-way ranges and a DVL: nothing is found where nothing is, a
+/// turned array and a transponder that stands elsewhere are named with their sizes.
+#[test]
+fn positions_by_sound() {
+    let by =
+        |usbl, lbl| move |spec: &mut Spec| (spec.usbl, spec.lbl, spec.ranges, spec.dvl) = (usbl, lbl, false, false);
+    let d = diagnose(&[], 131, by(true, true));
+    assert_eq!(d.verdict, Verdict::None, "{:?} {:?}", d.effects, d.structure.hints);
+    assert_finds_in(by(true, false), "usbl_turn:rad=0.04", &[0.04], 132);
+    let place = "transponder_place:transponder=3,north_m=6,east_m=-9";
+    assert_finds_in(by(false, true), place, &[3.0, 6.0, -9.0], 133);
+}
+
 /// Noise of another size than declared that lasts for seconds, steps of the readings, gaps, readings written twice: none of
 /// it is an effect, and an effect beside it is found.
 #[test]

@@ -10,10 +10,12 @@
 
 use backseat_app::inputs::installation::{self, arm_along_path_m, mounted};
 use backseat_app::inputs::{SensorSample as Sample, Stamp};
+use backseat_core::dynamics::Attitude;
 use backseat_core::navigation::Measurement;
 use backseat_core::parameters::Installation;
-use backseat_core::state::{P, PHI, VehicleState, wrap_angle};
-use backseat_logs::log::{Column, Log, LogRow};
+use backseat_core::state::{self, P, PHI, VehicleState, wrap_angle};
+use backseat_logs::log::{Column, Log, LogRow, Usbl};
+use nalgebra::Vector3;
 use std::borrow::Cow;
 
 /// Attitude and rates are not interpolated across a longer gap, µs.
@@ -88,6 +90,20 @@ pub fn range_at_centre_m(
     ship_transducer_depth_m: f64,
 ) -> f64 {
     range_m - arm_along_path_m(x, &installation.transducer_arm_m, ship_m, ship_transducer_depth_m)
+}
+
+/// The fix by USBL as it would be of the centre of gravity of a vehicle at `x`: the vehicle's transducer, or its array,
+/// sits at the declared arm.
+#[must_use]
+pub fn usbl_at_centre(usbl: &Usbl, x: &VehicleState, installation: &Installation) -> Usbl {
+    let arm = Vector3::from(installation.transducer_arm_m);
+    if arm == Vector3::zeros() {
+        return *usbl;
+    }
+    let vector = Vector3::from(usbl.vector_m());
+    // from the centre to what the array hears, or from the array to the centre
+    let turned = || Attitude::new(&state::attitude(x)).rotation() * arm;
+    usbl.with_vector_m(if usbl.on_vehicle { vector + arm } else { vector - turned() }.into())
 }
 
 /// Whether an installation changes anything in [`at_centre`].

@@ -25,6 +25,8 @@ pub enum SensorKind {
     Range,
     /// Rate of an acoustic range, m/s.
     RangeRate,
+    /// Across the direction of a USBL, m.
+    Usbl,
     /// Rate of depth, m/s.
     DepthRate,
     /// Speed through the water, m/s.
@@ -54,6 +56,8 @@ impl SensorKind {
             Self::Range => 3.0,
             // The Doppler of a packet to 2e-4 of the speed of sound.
             Self::RangeRate => 0.3,
+            // Three degrees, an array that is not calibrated, at 500 m.
+            Self::Usbl => 25.0,
             // Two depths that err by 0.2 m, a second apart.
             Self::DepthRate => 0.3,
             // The speed by the propeller's turns or a paddle wheel, to 10 % of 1.5 m/s.
@@ -74,7 +78,7 @@ impl SensorKind {
             Self::Gnss => sensors.gnss_m,
             Self::Range => sensors.range_m,
             Self::RangeRate => sensors.range_rate_mps,
-            Self::DepthRate | Self::WaterSpeed => return None,
+            Self::DepthRate | Self::WaterSpeed | Self::Usbl => return None,
         })
     }
 

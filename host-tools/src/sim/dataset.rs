@@ -16,6 +16,7 @@ use std::path::PathBuf;
   backseat sim dataset --effect random --seed 1 --hours 1 --out set1
   backseat sim dataset --effect water_current --effect fin_stuck:fin=top,rad=0.05 --seed 2 --hours 0.5 --out set2 --excite
   backseat sim dataset --effect none --seed 3 --hours 0.5 --out set3 --noise coloured
+  backseat sim dataset --effect usbl_turn --seed 4 --hours 0.5 --out set4 --usbl --no-ranges --no-dvl
   backseat sim dataset --list")]
 pub struct Args {
     /// NAME, or NAME:parameter=value,…; `random` (from the catalogue), `random-outside` (from effects in no catalogue)
@@ -43,6 +44,12 @@ pub struct Args {
     /// No acoustic ranges.
     #[arg(long)]
     no_ranges: bool,
+    /// A USBL on the ship: a fix every ten seconds.
+    #[arg(long)]
+    usbl: bool,
+    /// Four transponders on the bottom (LBL): round trips every ten seconds.
+    #[arg(long)]
+    lbl: bool,
     /// Log the water density (CTD).
     #[arg(long)]
     ctd: bool,
@@ -96,6 +103,8 @@ pub fn run(arguments: &Args) -> anyhow::Result<()> {
         noise: arguments.noise,
         dvl: !arguments.no_dvl,
         ranges: !arguments.no_ranges,
+        usbl: arguments.usbl,
+        lbl: arguments.lbl,
         ctd: arguments.ctd,
         ..Spec::new(vehicle)
     };

@@ -122,6 +122,8 @@ pub enum SensorChannel {
     TwoWayRange,
     /// GNSS of vehicle or ship, m.
     Gnss,
+    /// What a USBL measured, m: along the measured direction, across it in the horizontal, across it downwards.
+    Usbl,
 }
 
 impl SensorChannel {
@@ -135,9 +137,10 @@ impl SensorChannel {
         Self::RangeRate,
         Self::TwoWayRange,
         Self::Gnss,
+        Self::Usbl,
     ];
     /// How many.
-    pub const COUNT: usize = 8;
+    pub const COUNT: usize = 9;
 }
 
 /// When a measurement is taken, and what it is scaled by.

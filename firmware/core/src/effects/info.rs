@@ -38,6 +38,8 @@ pub enum ParameterKind {
     Onset,
     /// When it ends, s since the epoch; 0 is never.
     End,
+    /// Which fixed transponder, its number in the log.
+    Transponder,
     /// A time without a meaning while the effect has no size (a period).
     Shape,
 }

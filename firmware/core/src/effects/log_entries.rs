@@ -4,7 +4,7 @@
 //! file, which board, simulator and tools apply; it needs no second home. The others belong to models of whole logs
 //! (`host-tools/diagnose`, module `log_models`), which have their equations. Neither costs the board a byte or a cycle.
 
-use super::{Confusion, EffectInfo, Enters, Hooks, ParameterInfo};
+use super::{Confusion, EffectInfo, Enters, Hooks, ParameterInfo, ParameterKind};
 
 const fn entry(
     name: &'static str,
@@ -87,6 +87,48 @@ pub(super) const ENTRIES: &[EffectInfo] = &[
                 "sound_speed",
                 "All ranges are in one direction and of one length",
                 "Circle the other end, or pass it on both sides",
+            ),
+        ],
+    ),
+    entry(
+        "usbl_turn",
+        &[ParameterInfo::symmetric("rad", "rad", 0.6)],
+        Enters::Measurement,
+        "bearing_m = bearing + rad",
+        "Fixes by USBL are displaced across the line of sight, to one side, in proportion to the distance",
+        &[
+            with(
+                "heading_bias",
+                "A ship that stays in one direction, and no fixes at the surface: both turn the track about it",
+                "Surface for fixes, or circle with the ship",
+            ),
+            with(
+                "water_current",
+                "A vehicle that goes straight away from the ship: both lead it to one side",
+                "Go around the ship",
+            ),
+        ],
+    ),
+    entry(
+        "transponder_place",
+        &[
+            ParameterInfo { name: "transponder", unit: "1", min: 0.0, max: 1.0e9, kind: ParameterKind::Transponder },
+            ParameterInfo::symmetric("north_m", "m", 200.0),
+            ParameterInfo::symmetric("east_m", "m", 200.0),
+        ],
+        Enters::Measurement,
+        "range = |p - (p_declared + (north, east))|",
+        "Ranges to one transponder are off by an amount that turns with the direction to it; those to others are not",
+        &[
+            with(
+                "sound_speed",
+                "One transponder is heard, always from about the same distance",
+                "Pass it near and far, on both sides",
+            ),
+            with(
+                "water_current",
+                "One transponder, heard from one side: a current leads to it or away",
+                "Go around the transponder",
             ),
         ],
     ),

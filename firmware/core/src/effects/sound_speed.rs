@@ -31,7 +31,10 @@ pub const INFO: EffectInfo = EffectInfo {
         },
     ],
     hooks: Hooks {
-        measure: Some(Measure { channels: &[SensorChannel::Range, SensorChannel::TwoWayRange], apply }),
+        measure: Some(Measure {
+            channels: &[SensorChannel::Range, SensorChannel::TwoWayRange, SensorChannel::Usbl],
+            apply,
+        }),
         ..Hooks::NONE
     },
 };

@@ -68,9 +68,11 @@ pub use interface::effect_states::{EffectState, EffectStates, StateParameter};
 pub use interface::error::{CloneError, ConfigError, NavigationError};
 pub use interface::initial::{InitialShip, InitialSpeed, InitialState};
 pub use interface::measurement::{
-    AcousticPath, CloneId, FusionOutcome, FusionRecord, Fusions, Measurement, Sensor, ShipEnd, ShipReport, VehicleEnd,
+    AcousticPath, CloneId, FusionOutcome, FusionRecord, Fusions, Measurement, Sensor, ShipEnd, ShipReport, UsblAxes,
+    UsblFix, VehicleEnd,
 };
 pub use sources::models;
+pub use sources::usbl::triad;
 pub use trust::consistency::{Consistency, NisTally, nees_position, nees_vehicle};
 pub use trust::innovation_monitor::InnovationMonitor;
 pub use trust::integrity::{Integrity, MixtureOffset};

@@ -53,6 +53,18 @@ pub(super) const ENTRIES: &[EffectKind] = entries! { catalogue: false, by_name_o
     [optional("sin2_rad", 0.5, Draw::Vector(0.008, 0.06)), optional("cos2_rad", 0.5, Draw::Vector(0.008, 0.06))],
     |p, v| { p.instruments.compass.second[0] += v[0]; p.instruments.compass.second[1] += v[1]; };
 
+    "usbl_turn", "the ship's USBL array is turned: bearing, measured minus true",
+    [number("rad", [-0.6, 0.6], Draw::Signed(0.01, 0.15))],
+    |p, v| p.channel.usbl_turn_rad += v[0];
+
+    "transponder_place", "where a fixed transponder is minus where it is declared",
+    [
+        number("transponder", [1.0, 4.0], Draw::Transponder),
+        optional("north_m", 200.0, Draw::Vector(3.0, 30.0)),
+        optional("east_m", 200.0, Draw::Vector(3.0, 30.0)),
+    ],
+    |p, v| { p.channel.misplaced = v[0] as usize; p.channel.misplaced_m = [v[1], v[2]]; };
+
     "propeller_torque", "the hull rolls against the propeller: torque over thrust",
     [number("arm_m", [-0.2, 0.2], Draw::Signed(0.01, 0.06))],
     |p, v| p.undeclared.propeller_torque_m += v[0];

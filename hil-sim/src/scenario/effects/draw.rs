@@ -20,6 +20,8 @@ pub enum Draw {
     Angle,
     /// Any fin.
     Fin,
+    /// Any of a data set's four transponders, by its number.
+    Transponder,
     /// Within 20 to 80 % of the duration.
     Event,
     /// Only if it is given: 0, which takes nothing from the stream.
@@ -40,6 +42,7 @@ impl Draw {
             Self::Uniform(low, high) => low + (high - low) * random.uniform(),
             Self::Angle => TAU * random.uniform(),
             Self::Fin => 1.0 + (FIN_NAMES.len() as f64 * random.uniform()).floor(),
+            Self::Transponder => 1.0 + (4.0 * random.uniform()).floor(),
             Self::Never => 0.0,
             Self::Event => duration_s * (0.2 + 0.6 * random.uniform()),
         }

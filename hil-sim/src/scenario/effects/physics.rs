@@ -61,6 +61,12 @@ pub struct AcousticChannel {
     pub bending_per_m: f64,
     /// Share of ranges that are no ranges.
     pub outlier_share: f64,
+    /// Bearings of the ship's USBL, measured minus true, rad.
+    pub usbl_turn_rad: f64,
+    /// A transponder, from 1, whose true place is not the declared one.
+    pub misplaced: usize,
+    /// By how much, true minus declared, north and east, m.
+    pub misplaced_m: [f64; 2],
 }
 
 /// The simulated world as the effects leave it.

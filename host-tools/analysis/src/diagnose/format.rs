@@ -8,6 +8,7 @@ pub fn number(value: &ParameterEstimate) -> String {
     let unit = if value.unit == "1" { "" } else { value.unit };
     match value.kind {
         ParameterKind::Fin => fin_index(value.value).map_or("–", |fin| FIN_NAMES[fin]).to_owned(),
+        ParameterKind::Transponder => format!("{:.0}", value.value),
         _ if value.ci95.iter().all(|end| end.is_finite()) => {
             let [low, high] = value.ci95;
             // Two digits of the interval's half width.

@@ -11,7 +11,12 @@ use backseat_diagnose::verdict::Verdict;
 
 /// Effects in words; `{name}` is the value of that parameter, a fin by its name. What is not here is listed by its
 /// names.
-const WORDS: [(&str, &str); 30] = [
+const WORDS: [(&str, &str); 32] = [
+    ("usbl_turn", "the USBL array is turned by {rad}"),
+    (
+        "transponder_place",
+        "transponder {transponder} stands {north_m} to the north and {east_m} to the east of its declared place",
+    ),
     ("linear_drag", "the hull drags {surge_ns_per_m} more in surge"),
     ("drag_change", "the hull drags {surge_ns_per_m} more in surge"),
     ("thrust_loss", "the propeller loses thrust with speed, {k_n_s2_per_rad_m}"),
@@ -99,6 +104,7 @@ fn phrase(found: &FoundEffect) -> String {
         .map(|value| {
             let text = match value.kind {
                 ParameterKind::Fin => fin_index(value.value).map_or("unknown", |fin| FIN_NAMES[fin]).to_owned(),
+                ParameterKind::Transponder => format!("{:.0}", value.value),
                 _ => quantity(value.value, value.unit),
             };
             (value.name, text)
@@ -188,7 +194,10 @@ fn others(found: &FoundEffect) -> Option<String> {
     let own = found.instance.candidate;
     let possible: Vec<_> =
         found.alternatives.iter().filter(|other| other.is_possible() && other.instance.candidate != own).collect();
-    let name = |fin: usize| format!("the {} fin", FIN_NAMES[fin]);
+    let name = |place: usize| match own.effect {
+        "transponder_place" => format!("transponder {place}"),
+        _ => format!("the {} fin", own.which(place)),
+    };
     let mut names: Vec<String> = possible
         .iter()
         .map(|other| match other.instance.candidate {

@@ -134,6 +134,7 @@ impl<'a, M: LogModel> Fitting<'a, M> {
                     sigma: w.sigma,
                     alike: 1.0,
                     used: true,
+                    station: None,
                 };
                 let weight = (HUBER / w.e.abs()).min(1.0).sqrt();
                 whitened.push((self.layout.block(row.t_s), residual, weight, w.slopes));

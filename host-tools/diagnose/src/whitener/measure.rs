@@ -1,13 +1,15 @@
 //! Measurement update, scalar by scalar, with the derivatives.
 
 use super::{Filter, Kind, LANES, Residual, matrix};
+use crate::log_effects::PathAt;
 use crate::normal_equations::BlockEquationsBuilder;
 use crate::regressors::{self, Snapshot, Target};
 use crate::samples::{Reading, ResidualChannel, ShipAtLaunch};
 use backseat_core::dynamics::Attitude;
 use backseat_core::effects::SensorChannel;
-use backseat_core::navigation::models;
+use backseat_core::navigation::{models, triad};
 use backseat_core::state::{self, P, PHI, PSI, U, VehicleState, X, Y, Z, wrap_angle};
+use backseat_logs::log::Usbl;
 use nalgebra::{Matrix3, SMatrix, Vector3};
 
 type Jacobian = SMatrix<f64, 3, 12>;
@@ -23,19 +25,20 @@ struct Prediction {
     measured: [f64; 3],
     /// ∂(truth)/∂x.
     jacobian: Jacobian,
-    variance: f64,
+    variance: [f64; 3],
     /// Factor on the variance where neighbouring readings share a part of their errors.
     alike: f64,
     /// Rᵀ: what a velocity of the water adds to the scalars, by its north and east part.
     by_water: [[f64; 3]; 2],
-    /// Unit vector of an acoustic path, towards the vehicle, in body axes.
-    along: [f64; 3],
+    /// The acoustic path.
+    path: PathAt,
 }
 
 impl Prediction {
     /// Length of the acoustic path; 0 where no range is read.
     fn distance_m(&self) -> f64 {
-        if self.sensor == SensorChannel::Range { self.truth[0] } else { 0.0 }
+        let is_range = matches!(self.sensor, SensorChannel::Range | SensorChannel::TwoWayRange);
+        if is_range { self.truth[0] } else { 0.0 }
     }
 }
 
@@ -65,10 +68,10 @@ impl Filter<'_> {
                 truth: [0.0; 3],
                 measured: [0.0; 3],
                 jacobian: Jacobian::zeros(),
-                variance: sigma * sigma,
+                variance: [sigma * sigma; 3],
                 alike: 1.0,
                 by_water: [[0.0; 3]; 2],
-                along: [0.0; 3],
+                path: PathAt::default(),
             };
             for (i, value) in measured.iter().enumerate() {
                 prediction.measured[i] = *value;
@@ -101,10 +104,15 @@ impl Filter<'_> {
                 self.add_bottom_track(&mut prediction);
                 self.update(&prediction, true, residuals, rows);
             }
-            Reading::Acoustic { range_m, range_rate_mps, ship } => {
-                let used = !self.setup.outliers.get(self.acoustic_index).copied().unwrap_or(false);
-                self.acoustic_index += 1;
-                if let Some(prediction) = range_m.and_then(|range_m| self.range(range_m, ship)) {
+            Reading::Usbl { usbl, ship } => {
+                let used = self.is_direct_path();
+                if let Some(prediction) = self.usbl(usbl, ship) {
+                    self.update(&prediction, used, residuals, rows);
+                }
+            }
+            Reading::Acoustic { range_m, range_rate_mps, ship, two_way } => {
+                let used = self.is_direct_path();
+                if let Some(prediction) = range_m.and_then(|range_m| self.range(range_m, ship, *two_way)) {
                     self.update(&prediction, used, residuals, rows);
                 }
                 if let Some(prediction) = range_rate_mps.and_then(|rate| self.range_rate(rate, ship)) {
@@ -112,6 +120,13 @@ impl Filter<'_> {
                 }
             }
         }
+    }
+
+    /// Whether the next acoustic reading is no outlier.
+    fn is_direct_path(&mut self) -> bool {
+        let is_out = self.setup.outliers.get(self.acoustic_index).copied().unwrap_or(false);
+        self.acoustic_index += 1;
+        !is_out
     }
 
     fn add_bottom_track(&self, prediction: &mut Prediction) {
@@ -124,7 +139,7 @@ impl Filter<'_> {
         prediction.jacobian.fixed_view_mut::<3, 3>(0, PHI).copy_from(&track.by_attitude);
     }
 
-    fn range(&self, measured: f64, ship: &ShipAtLaunch) -> Option<Prediction> {
+    fn range(&self, measured: f64, ship: &ShipAtLaunch, two_way: bool) -> Option<Prediction> {
         let baseline = self.baseline(ship);
         let path = models::distance(&baseline.dp)?;
         let attitude = Attitude::new(&state::attitude(&self.x));
@@ -133,16 +148,57 @@ impl Filter<'_> {
         jacobian.fixed_view_mut::<1, 3>(0, PHI).tr_copy_from(&baseline.by_attitude.tr_mul(&path.direction));
         let sensors = &self.setup.sensors;
         Some(Prediction {
-            sensor: SensorChannel::Range,
+            sensor: if two_way { SensorChannel::TwoWayRange } else { SensorChannel::Range },
             first: ResidualChannel::Range,
             count: 1,
             truth: [path.distance_m, 0.0, 0.0],
             measured: [measured, 0.0, 0.0],
             jacobian,
-            variance: sensors.range_m.powi(2) + horizontal(&path.direction) * ship.position_variance_m2,
+            variance: [sensors.range_m.powi(2) + horizontal(&path.direction) * ship.position_variance_m2; 3],
             alike: 1.0,
             by_water: [[0.0; 3]; 2],
-            along: attitude.rotation().tr_mul(&path.direction).into(),
+            path: PathAt {
+                body: attitude.rotation().tr_mul(&path.direction).into(),
+                ned: path.direction.into(),
+                station: ship.station.map(|(number, _)| number),
+            },
+        })
+    }
+
+    /// Along the measured direction and twice across it, as the flight filter takes it.
+    fn usbl(&self, usbl: &Usbl, ship: &ShipAtLaunch) -> Option<Prediction> {
+        let baseline = self.baseline(ship);
+        let attitude = Attitude::new(&state::attitude(&self.x));
+        let vector = Vector3::from(usbl.vector_m());
+        let (measured, by_attitude) = match usbl.on_vehicle {
+            true => (-(attitude.rotation() * vector), attitude.rotated_by_attitude(&vector)),
+            false => (vector, Matrix3::zeros()),
+        };
+        let along = models::distance(&measured)?.direction;
+        let axes = triad(&along);
+        let mut jacobian = Jacobian::zeros();
+        let (mut truth, mut variance) = ([0.0; 3], [0.0; 3]);
+        let range_sigma_m = usbl.range_sigma_m.unwrap_or(self.setup.sensors.range_m);
+        let across_m = usbl.range_m * usbl.angle_sigma_rad;
+        for (i, (axis, sigma)) in axes.iter().zip([range_sigma_m, across_m, across_m]).enumerate() {
+            truth[i] = axis.dot(&(baseline.dp - measured));
+            jacobian.fixed_view_mut::<1, 3>(i, X).tr_copy_from(axis);
+            let turned = (baseline.by_attitude + by_attitude).tr_mul(axis);
+            jacobian.fixed_view_mut::<1, 3>(i, PHI).tr_copy_from(&turned);
+            variance[i] = sigma * sigma + horizontal(axis) * ship.position_variance_m2;
+        }
+        truth[0] += usbl.range_m;
+        Some(Prediction {
+            sensor: SensorChannel::Usbl,
+            first: ResidualChannel::UsblAlong,
+            count: 3,
+            truth,
+            measured: [usbl.range_m, 0.0, 0.0],
+            jacobian,
+            variance,
+            alike: 1.0,
+            by_water: [[0.0; 3]; 2],
+            path: PathAt { ned: along.into(), ..PathAt::default() },
         })
     }
 
@@ -172,10 +228,10 @@ impl Filter<'_> {
             truth: [model.range_rate_mps, 0.0, 0.0],
             measured: [measured, 0.0, 0.0],
             jacobian,
-            variance: sensors.range_rate_mps.powi(2) + horizontal(&unit) * ship.velocity_variance_m2ps2,
+            variance: [sensors.range_rate_mps.powi(2) + horizontal(&unit) * ship.velocity_variance_m2ps2; 3],
             alike: 1.0,
             by_water: [[unit.x, 0.0, 0.0], [unit.y, 0.0, 0.0]],
-            along: [0.0; 3],
+            path: PathAt::default(),
         })
     }
 
@@ -184,7 +240,8 @@ impl Filter<'_> {
         let installation = &self.setup.installation;
         let arm = Vector3::from(installation.transducer_arm_m);
         let attitude = Attitude::new(&state::attitude(&self.x));
-        let depth = self.x[Z] - installation.ship_transducer_depth_m;
+        let other_m = ship.station.map_or(installation.ship_transducer_depth_m, |(_, depth_m)| depth_m);
+        let depth = self.x[Z] - other_m;
         let dp = Vector3::new(self.x[X] - north, self.x[Y] - east, depth) + attitude.rotation() * arm;
         Baseline { dp, by_attitude: attitude.rotated_by_attitude(&arm) }
     }
@@ -199,7 +256,7 @@ impl Filter<'_> {
         self.wake();
         let t_s = self.t_s;
         let x0 = self.x;
-        let (read, by_truth) = self.model.read(t_s, prediction.sensor, prediction.truth, (&x0, prediction.along));
+        let (read, by_truth) = self.model.read(t_s, prediction.sensor, prediction.truth, (&x0, prediction.path));
         let proposed = self.proposed_reading(prediction);
         let by_truth = Matrix3::from_fn(|i, j| by_truth[i][j]);
         let jacobian: Jacobian = by_truth * prediction.jacobian;
@@ -226,9 +283,11 @@ impl Filter<'_> {
             }
             let pn = self.colours.with_scalar(channel, &h);
             let lasting: f64 = self.colours.of(channel).map(|j| pn[j]).sum();
-            let variance = dot(&h, &ph) + lasting + (prediction.variance + added) * scale * scale * prediction.alike;
+            let variance =
+                dot(&h, &ph) + lasting + (prediction.variance[axis] + added) * scale * scale * prediction.alike;
             let sigma = variance.sqrt();
-            residuals.push(Residual { t_s, channel, innovation, sigma, alike: prediction.alike, used });
+            let (alike, station) = (prediction.alike, prediction.path.station);
+            residuals.push(Residual { t_s, channel, innovation, sigma, alike, used, station });
             if !used {
                 continue;
             }
@@ -265,7 +324,7 @@ impl Filter<'_> {
 
     /// How the effects' readings differ at `x0`, where the model reads `read`: the same for all scalars of a sensor.
     fn set_direct(&mut self, prediction: &Prediction, x0: &VehicleState, read: &[f64; 3]) {
-        let (t_s, sensor, truth, at) = (self.t_s, prediction.sensor, prediction.truth, (x0, prediction.along));
+        let (t_s, sensor, truth, at) = (self.t_s, prediction.sensor, prediction.truth, (x0, prediction.path));
         let model = &self.model;
         self.direct.clear();
         self.direct.extend(self.terms.iter().map(|term| {

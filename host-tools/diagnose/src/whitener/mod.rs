@@ -84,6 +84,8 @@ pub struct Residual {
     pub alike: f64,
     /// Whether the filter used it.
     pub used: bool,
+    /// The fixed transponder at its other end.
+    pub station: Option<u32>,
 }
 
 impl Residual {
@@ -325,7 +327,7 @@ impl<'a> Filter<'a> {
             Reading::Attitude(euler) => start.euler = Some(euler),
             Reading::Dvl(velocity) => start.dvl = Some(velocity),
             Reading::Gnss { position_m, .. } => start.fix = Some(position_m),
-            Reading::Acoustic { .. } => {
+            Reading::Acoustic { .. } | Reading::Usbl { .. } => {
                 self.acoustic_index += 1;
                 return false;
             }

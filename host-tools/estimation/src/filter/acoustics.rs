@@ -2,7 +2,8 @@
 
 use backseat_core::navigation::{CloneId, ShipReport};
 use backseat_core::parameters::Installation;
-use backseat_logs::log::{Column, Log, LogRow};
+use backseat_logs::log::{Column, Log, LogRow, Usbl};
+use std::collections::BTreeMap;
 
 /// Speed of sound assumed where a log gives no time of launch, m/s.
 const SOUND_SPEED_MPS: f64 = Installation::DEFAULT.sound_speed_mps;
@@ -13,6 +14,9 @@ const ROUNDING_US: u64 = 50_000;
 /// Half of the window over which the ship's velocity at a launch is taken, µs: short against its
 /// turns, long against the noise of its fixes.
 const VELOCITY_WINDOW_US: u64 = 5_000_000;
+
+/// Events ahead among which the arrivals of what is in flight are looked for.
+const NEXT_EVENTS: usize = 64;
 
 /// One sigma of an unknown velocity: faster than any ship.
 const UNKNOWN_SPEED_MPS: f64 = 100.0;
@@ -43,11 +47,17 @@ pub(super) enum Direction {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Packet {
     pub direction: Direction,
+    /// When the sound left its sender.
+    launch_us: u64,
     /// When the packet, or the ship's answer to a ping, left the ship; an uplink arrives there.
     pub ship_us: u64,
     pub arrival_us: u64,
     pub range_m: Option<f64>,
     pub range_rate_mps: Option<f64>,
+    /// The range is in it.
+    pub usbl: Option<Usbl>,
+    /// The fixed transponder in the ship's place.
+    pub station: Option<u32>,
     /// North, east of the ship at its end of the path as the packet would say, m.
     pub ship_m: Option<[f64; 2]>,
     pub ship: Option<CloneId>,
@@ -58,6 +68,8 @@ pub(super) struct Packet {
 #[derive(Default)]
 pub(super) struct Flights {
     pub packets: Vec<Packet>,
+    /// Places of the fixed transponders, m.
+    pub stations_m: BTreeMap<u32, [f64; 3]>,
     /// (time, what, packet), in order.
     events: Vec<(u64, AcousticEvent, usize)>,
     next: usize,
@@ -67,19 +79,40 @@ impl Flights {
     pub fn of(log: &Log) -> Self {
         let mut packets = Vec::new();
         let mut events = Vec::new();
-        for (packet, launch_us) in log.rows.iter().flat_map(flown) {
-            let (index, Packet { direction, ship_us, arrival_us, .. }) = (packets.len(), packet);
+        for packet in log.rows.iter().flat_map(flown) {
+            let (index, Packet { direction, ship_us, arrival_us, station, .. }) = (packets.len(), packet);
             packets.push(packet);
             events.push((arrival_us, AcousticEvent::Arrival, index));
             if direction != Direction::Downlink {
-                events.push((launch_us, AcousticEvent::LeavesVehicle, index));
+                events.push((packet.launch_us, AcousticEvent::LeavesVehicle, index));
             }
-            if direction != Direction::Uplink {
+            if direction != Direction::Uplink && station.is_none() {
                 events.push((ship_us, AcousticEvent::LeavesShip, index));
             }
         }
         events.sort_by_key(|&(time_us, event, index)| (time_us, event as u8, index));
-        Self { packets, events, next: 0 }
+        Self { packets, stations_m: log.stations_m(), events, next: 0 }
+    }
+
+    /// The vehicle's clone at the launch of a packet, if another packet in flight that left at the same time has it:
+    /// transponders answer one and the same ping.
+    pub fn clone_of_launch(&self, index: usize) -> Option<CloneId> {
+        let launch_us = self.packets[index].launch_us;
+        let others = self.in_flight().filter(|packet| packet.launch_us == launch_us);
+        others.filter(|packet| packet.direction != Direction::Downlink).find_map(|packet| packet.vehicle)
+    }
+
+    /// Whether a clone is an end of another packet in flight.
+    pub fn is_shared(&self, clone: CloneId) -> bool {
+        self.in_flight().any(|packet| packet.vehicle == Some(clone))
+    }
+
+    /// Packets that have been launched and have not arrived.
+    fn in_flight(&self) -> impl Iterator<Item = &Packet> {
+        // what is in flight has its arrival among the next events
+        let next = self.events.iter().skip(self.next).take(NEXT_EVENTS);
+        let arrivals = next.filter(|(_, event, _)| *event == AcousticEvent::Arrival);
+        arrivals.map(|&(_, _, index)| &self.packets[index])
     }
 
     /// The next event at or before `until_us`.
@@ -90,19 +123,25 @@ impl Flights {
     }
 }
 
-/// What flew by a row, and when it was launched.
-fn flown(row: &LogRow) -> impl Iterator<Item = (Packet, u64)> {
+/// What flew by a row.
+fn flown(row: &LogRow) -> impl Iterator<Item = Packet> {
     let downlink = (row.get(Column::Range), row.get(Column::RangeRate));
     let one_way = (downlink != (None, None)).then_some((Direction::Downlink, downlink.0, downlink.1));
     let measured = |direction, column| row.get(column).map(|range_m| (direction, Some(range_m), None));
     let uplink = measured(Direction::Uplink, Column::UplinkRange);
     let two_way = measured(Direction::TwoWay, Column::TwoWayRange);
-    one_way.into_iter().chain(uplink).chain(two_way).map(|(direction, range_m, range_rate_mps)| {
+    let ranged = one_way.into_iter().chain(uplink).chain(two_way);
+    let ranged = ranged.map(|(direction, range_m, range_rate_mps)| (direction, range_m, range_rate_mps, None));
+    // an array on the ship hears the vehicle, one on the vehicle hears the ship or a transponder
+    let heard = |usbl: &Usbl| if usbl.on_vehicle { Direction::Downlink } else { Direction::Uplink };
+    let usbl = row.usbl().map(|usbl| (heard(&usbl), None, None, Some(usbl)));
+    ranged.chain(usbl).map(|(direction, range_m, range_rate_mps, usbl)| {
         let arrival_us = match row.arrival_us() {
             Some(arrival_us) if arrival_us.abs_diff(row.time_us) >= ROUNDING_US => arrival_us,
             _ => row.time_us,
         };
-        let flight_us = (range_m.unwrap_or(0.0).max(0.0) / SOUND_SPEED_MPS * 1e6) as u64;
+        let distance_m = range_m.or(usbl.map(|usbl: Usbl| usbl.range_m));
+        let flight_us = (distance_m.unwrap_or(0.0).max(0.0) / SOUND_SPEED_MPS * 1e6) as u64;
         let one_flight_before_us = arrival_us.saturating_sub(flight_us);
         // a ping without its time was sent two flights before its answer came, as if that had been at once
         let flights_us = if direction == Direction::TwoWay { 2 * flight_us } else { flight_us };
@@ -113,9 +152,21 @@ fn flown(row: &LogRow) -> impl Iterator<Item = (Packet, u64)> {
             Direction::TwoWay => one_flight_before_us.max(launch_us),
         };
         let ship_m = row.ship_at_launch_m();
-        let packet =
-            Packet { direction, ship_us, arrival_us, range_m, range_rate_mps, ship_m, ship: None, vehicle: None };
-        (packet, launch_us)
+        // the array on a ship has the ship at its other end
+        let station = row.station().filter(|_| usbl.is_none_or(|usbl| usbl.on_vehicle));
+        Packet {
+            direction,
+            launch_us,
+            ship_us,
+            arrival_us,
+            range_m,
+            range_rate_mps,
+            usbl,
+            station,
+            ship_m,
+            ship: None,
+            vehicle: None,
+        }
     })
 }
 

@@ -21,11 +21,11 @@ use acoustics::{AcousticEvent, Direction, Flights, Packet, ShipTrack};
 use backseat_core::dynamics::{ActuatorInput, VehicleModel};
 use backseat_core::navigation::{
     AcousticPath, ConfigError, Consistency, InitialShip, Learnt, Level, Measurement, NavigationError, Navigator,
-    ProcessModel, ProtectionLevel, Sensor, ShipEnd, StateEstimate, VehicleEnd,
+    ProcessModel, ProtectionLevel, Sensor, ShipEnd, StateEstimate, UsblAxes, UsblFix, VehicleEnd,
 };
 use backseat_core::parameters::{Installation, ParameterError};
 use backseat_core::state::{VehicleState, X, Y};
-use backseat_logs::log::{Column, Log, LogRow, RADPS_PER_RPM};
+use backseat_logs::log::{Column, Log, LogRow, RADPS_PER_RPM, Usbl};
 use backseat_logs::{DataError, VehicleFile, interrupt};
 use std::time::{Duration, Instant};
 
@@ -339,11 +339,13 @@ impl<'a> Pass<'a> {
                 }
                 AcousticEvent::LeavesShip => {}
                 AcousticEvent::LeavesVehicle => {
-                    self.flights.packets[index].vehicle = self.navigator.clone_vehicle().ok();
+                    let shared = self.flights.clone_of_launch(index);
+                    self.flights.packets[index].vehicle = shared.or_else(|| self.navigator.clone_vehicle().ok());
                 }
                 AcousticEvent::Arrival => {
                     self.arrive(index);
                     let Packet { ship, vehicle, .. } = self.flights.packets[index];
+                    let vehicle = vehicle.filter(|clone| !self.flights.is_shared(*clone));
                     for clone in [ship, vehicle].into_iter().flatten() {
                         self.navigator.drop_clone(clone);
                     }
@@ -355,6 +357,10 @@ impl<'a> Pass<'a> {
 
     /// The ship's end of a path, and whether its velocity is known.
     fn ship_end(&self, packet: &Packet) -> Option<(ShipEnd, bool)> {
+        if let Some(station) = packet.station {
+            let place_m = self.flights.stations_m.get(&station)?;
+            return Some((ShipEnd::Transponder(*place_m), true));
+        }
         match (&self.ship_track, packet.ship) {
             (Some(track), _) => {
                 let (report, velocity_known) = track.report(packet.ship_us, packet.ship_m?);
@@ -379,7 +385,7 @@ impl<'a> Pass<'a> {
         };
         let path = AcousticPath { vehicle, ship };
         if let Some(range_m) = packet.range_m.filter(|_| self.options.use_range) {
-            let range_m = self.range_at_centre_m(range_m, packet.ship_m);
+            let range_m = self.range_at_centre_m(range_m, &packet);
             match (packet.direction, left) {
                 (Direction::TwoWay, Some(left)) => {
                     let outward = AcousticPath { vehicle: left, ship };
@@ -388,6 +394,14 @@ impl<'a> Pass<'a> {
                 (Direction::TwoWay, None) => self.unusable += 1,
                 _ => self.fuse(&Measurement::Range { path, range_m }),
             }
+        }
+        if let Some(usbl) = packet.usbl.filter(|_| self.options.use_range) {
+            let fix = inputs::usbl_at_centre(&usbl, self.navigator.state(), &self.installation);
+            let range_sigma_m = fix.range_sigma_m.unwrap_or(self.options.navigation.sensors.range_m);
+            let axes = if fix.on_vehicle { UsblAxes::Body } else { UsblAxes::Level };
+            let Usbl { range_m, bearing_rad, elevation_rad, angle_sigma_rad, .. } = fix;
+            let fix = UsblFix { axes, range_m, bearing_rad, elevation_rad, range_sigma_m, angle_sigma_rad };
+            self.fuse(&Measurement::Usbl { path, fix });
         }
         if let Some(range_rate_mps) = packet.range_rate_mps.filter(|_| self.options.use_range_rate) {
             if velocity_known {
@@ -399,11 +413,14 @@ impl<'a> Pass<'a> {
     }
 
     /// The range of the centre of gravity; the ship stands where the packet says, or where the filter has it now.
-    fn range_at_centre_m(&self, range_m: f64, ship_m: Option<[f64; 2]>) -> f64 {
-        let Some(ship_m) = ship_m.or(self.navigator.main().ship_state().map(|[x, y, ..]| [x, y])) else {
+    fn range_at_centre_m(&self, range_m: f64, packet: &Packet) -> f64 {
+        let depth_m = self.options.navigation.ship_transducer_depth_m;
+        let station = packet.station.and_then(|station| self.flights.stations_m.get(&station));
+        let of_ship = || packet.ship_m.or(self.navigator.main().ship_state().map(|[x, y, ..]| [x, y]));
+        let other = station.map(|&[x, y, z]| ([x, y], z)).or_else(|| of_ship().map(|ship_m| (ship_m, depth_m)));
+        let Some((ship_m, depth_m)) = other else {
             return range_m;
         };
-        let depth_m = self.options.navigation.ship_transducer_depth_m;
         inputs::range_at_centre_m(range_m, self.navigator.state(), &self.installation, ship_m, depth_m)
     }
 
@@ -440,7 +457,7 @@ impl<'a> Pass<'a> {
             let count = self.unusable;
             self.run
                 .notes
-                .push(format!("{count} packets not used: the ship, or the vehicle, at their launch is not known"));
+                .push(format!("{count} packets not used: the ship, the vehicle at their launch, or the place of their transponder is not known"));
         }
         if self.unusable_rates > 0 {
             let count = self.unusable_rates;

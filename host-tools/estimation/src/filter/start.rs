@@ -3,7 +3,7 @@
 use super::FilterOptions;
 use backseat_core::navigation::{InitialSpeed, InitialState};
 use backseat_core::state::{U, V, X, Y};
-use backseat_logs::log::{Column, Log, RADPS_PER_RPM};
+use backseat_logs::log::{Column, Log, LogRow, RADPS_PER_RPM};
 use backseat_logs::{DataError, VehicleFile};
 
 /// Oldest fix the filter starts from, µs.
@@ -23,15 +23,20 @@ pub(super) fn first_fix(log: &Log, vehicle: &VehicleFile, options: &FilterOption
     let wants_propeller = log.has(Column::PropRpm);
     // a run that never had a fix counts from where it starts
     let is_own_origin = !log.runs.is_empty() && !log.has(Column::GpsX);
+    // a vehicle that never surfaced in the log starts from where the ship saw it
+    let by_usbl = !log.has(Column::GpsX);
+    let gnss_sigma_m = options.navigation.sensors.gnss_m;
     let (mut fix, mut depth_m, mut euler, mut rates, mut dvl, mut propeller) = (None, None, None, None, None, None);
     for (index, row) in log.rows.iter().enumerate() {
-        fix = row.gnss_m().or(is_own_origin.then_some([0.0; 2])).map(|fix_m| (row.time_us, fix_m)).or(fix);
+        let gnss = row.gnss_m().or(is_own_origin.then_some([0.0; 2])).map(|fix_m| (row.time_us, fix_m, gnss_sigma_m));
+        let seen = || seen_from_ship(row).map(|(fix_m, sigma_m)| (row.time_us, fix_m, sigma_m.hypot(gnss_sigma_m)));
+        fix = gnss.or_else(|| seen().filter(|_| by_usbl)).or(fix);
         depth_m = row.get(Column::Depth).or(depth_m);
         euler = row.attitude_rad().or(euler);
         rates = row.rates_radps().or(rates);
         dvl = row.dvl_mps().or(dvl);
         propeller = row.get(Column::PropRpm).map(|rpm| rpm * RADPS_PER_RPM).or(propeller);
-        let (Some((fix_us, fix_m)), Some(euler)) = (fix, euler) else { continue };
+        let (Some((fix_us, fix_m, fix_sigma_m)), Some(euler)) = (fix, euler) else { continue };
         let age_us = row.time_us - fix_us;
         let lacks_speed = if wants_dvl { dvl.is_none() } else { wants_propeller && propeller.is_none() };
         if (wants_depth && depth_m.is_none()) || lacks_speed || age_us > MAX_FIX_AGE_US {
@@ -44,7 +49,7 @@ pub(super) fn first_fix(log: &Log, vehicle: &VehicleFile, options: &FilterOption
         let config = &options.navigation;
         let mut initial = InitialState::from_fix(
             fix_m,
-            config.sensors.gnss_m,
+            fix_sigma_m,
             depth_m.unwrap_or(0.0),
             euler,
             rates.unwrap_or([0.0; 3]),
@@ -55,11 +60,18 @@ pub(super) fn first_fix(log: &Log, vehicle: &VehicleFile, options: &FilterOption
         return Ok(LogStart { time_us: row.time_us, initial, next_row: index + 1 });
     }
     let lacks = match (fix, euler) {
-        (None, _) => "no fix of the vehicle (gps_x_m, gps_y_m)",
+        (None, _) => "no fix of the vehicle (gps_x_m, gps_y_m, or usbl_range_m … with ship_x_m, ship_y_m)",
         (_, None) => "no attitude (roll_rad, pitch_rad, heading_rad)",
         _ => "no depth, DVL or propeller within 10 s of a fix",
     };
     Err(DataError::file(&log.path, format!("the filter cannot start: {lacks}")))
+}
+
+/// Where the ship's USBL saw the vehicle, north and east, m, and one sigma.
+fn seen_from_ship(row: &LogRow) -> Option<([f64; 2], f64)> {
+    let (usbl, [x_m, y_m]) = (row.usbl().filter(|usbl| !usbl.on_vehicle)?, row.ship_at_launch_m()?);
+    let [north_m, east_m, _] = usbl.vector_m();
+    Some(([x_m + north_m, y_m + east_m], usbl.range_m * usbl.angle_sigma_rad))
 }
 
 /// Moves the position from the fix's time to now along the initial velocity.

@@ -3,7 +3,7 @@
 use super::plan::Class;
 use super::separability::{self, Separability, digits, truth};
 use anyhow::{Context, anyhow};
-use backseat_core::effects::{FIN_NAMES, ParameterKind};
+use backseat_core::effects::ParameterKind;
 use backseat_diagnose::candidates::{Candidate, Instance, beyond};
 use backseat_diagnose::diagnosis::{self, Diagnosis, FoundEffect};
 use backseat_diagnose::floor;
@@ -190,7 +190,7 @@ impl Named {
 }
 
 fn fin(candidate: &Candidate) -> Option<String> {
-    candidate.fin.and_then(|fin| FIN_NAMES.get(fin)).map(|name| (*name).to_owned())
+    candidate.fin.map(|place| candidate.which(place))
 }
 
 impl HeldOutErrors {

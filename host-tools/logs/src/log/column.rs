@@ -154,6 +154,25 @@ columns! {
     /// Distance by the travel time of the vehicle's own packet, measured at the ship, m; `tol_s` is when it left the
     /// vehicle, `toa_s` when it arrived at the ship, the ship's place that at the arrival.
     UplinkRange = "uplink_range_m",
+    /// Slant range of a USBL from its array to the other end, m; `tol_s` is when the sound left, `toa_s` when it arrived
+    /// at the array, the ship's place that at its end.
+    UsblRange = "usbl_range_m",
+    /// Bearing from the array, clockwise from true north, or from the bow where the array is on the vehicle, rad.
+    UsblBearing = "usbl_bearing_rad",
+    /// Elevation from the array, positive up, above the horizontal, or above the deck of the vehicle, rad.
+    UsblElevation = "usbl_elevation_rad",
+    /// The same as a vector: north from the array, or forward where the array is on the vehicle, m.
+    UsblNorth = "usbl_north_m",
+    /// East from the array, or to starboard, m.
+    UsblEast = "usbl_east_m",
+    /// Down from the array, m.
+    UsblDown = "usbl_down_m",
+    /// One sigma of the range of a USBL, m.
+    UsblRangeSigma = "usbl_range_sigma_m",
+    /// One sigma of the direction of a USBL, rad.
+    UsblAngleSigma = "usbl_angle_sigma_rad",
+    /// 1: the array is on the vehicle, and its angles count from bow and deck; 0: it is on the ship.
+    UsblOnVehicle = "usbl_on_vehicle",
 }
 
 impl Column {

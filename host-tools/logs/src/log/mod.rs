@@ -8,14 +8,17 @@ mod read;
 mod sink;
 pub(crate) mod table;
 mod truth;
+mod usbl;
 mod write;
 
 pub use column::Column;
 pub(crate) use decimal::MAX_SECONDS;
 pub use truth::{STATE_COLUMNS, Truth, TruthRow, TruthWriter};
+pub use usbl::{USBL_ANGLE_SIGMA_RAD, Usbl};
 pub use write::LogWriter;
 
 use backseat_core::dynamics::ActuatorInput;
+use std::collections::BTreeMap;
 use std::f64::consts::PI;
 use std::path::PathBuf;
 
@@ -32,12 +35,12 @@ pub struct LogRow {
     /// Time, µs.
     pub time_us: u64,
     /// A bit for each column with a sample.
-    present: u64,
+    present: u128,
     /// Its samples, in the order of the columns; none is NaN.
     values: Vec<f64>,
 }
 
-const _: () = assert!(Column::COUNT <= u64::BITS as usize);
+const _: () = assert!(Column::COUNT <= u128::BITS as usize);
 
 impl LogRow {
     /// A row without samples.
@@ -58,7 +61,7 @@ impl LogRow {
 
     /// Whether a column has a sample, and where it stands, or would stand.
     fn place(&self, column: usize) -> (bool, usize) {
-        let bit = 1_u64 << column;
+        let bit = 1_u128 << column;
         (self.present & bit != 0, (self.present & (bit - 1)).count_ones() as usize)
     }
 
@@ -164,6 +167,12 @@ impl LogRow {
     #[must_use]
     pub fn gnss_m(&self) -> Option<[f64; 2]> {
         self.group(Column::GpsX)
+    }
+
+    /// Number of the fixed transponder that the row belongs to.
+    #[must_use]
+    pub fn station(&self) -> Option<u32> {
+        self.get(Column::Station).filter(|number| (0.0..1e9).contains(number)).map(|number| number as u32)
     }
 
     /// Time of launch of the packet whose range is in this row, µs.
@@ -301,6 +310,12 @@ impl Log {
                 self.notes.push(note);
             }
         }
+    }
+
+    /// Declared places of the fixed transponders by their numbers: north, east, down, m; the last where one is given twice.
+    #[must_use]
+    pub fn stations_m(&self) -> BTreeMap<u32, [f64; 3]> {
+        self.rows.iter().filter_map(|row| Some((row.station()?, row.group(Column::StationX)?))).collect()
     }
 
     /// Whether any row has a sample of this column.

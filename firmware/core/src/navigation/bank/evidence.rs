@@ -8,6 +8,9 @@ const MEMORY: f64 = 0.98;
 /// What a fix counts of a range: thirty, at one every second, have an error in common.
 const FIX_SHARE: f64 = 1.0 / 30.0;
 
+/// What a fix by USBL counts of a range: a third, at one every ten seconds.
+const USBL_SHARE: f64 = 1.0 / 3.0;
+
 /// ln of the likelihood ratio of one range or fix, used or refused.
 #[derive(Clone, Copy, Debug)]
 pub struct Evidence {
@@ -29,6 +32,7 @@ impl Evidence {
         match sensor {
             Sensor::Range => Some(1.0),
             Sensor::VehicleGnss => Some(FIX_SHARE),
+            Sensor::Usbl => Some(USBL_SHARE),
             _ => None,
         }
     }

@@ -11,7 +11,9 @@ use crate::navigation::algebra::observer::{LinearStep, Observer, ScalarUpdate};
 use crate::navigation::interface::effect_states::StateParameter;
 use crate::navigation::interface::error::NavigationError;
 use crate::navigation::interface::measurement::{FusionOutcome, FusionRecord, Fusions, Measurement, Sensor};
-use crate::navigation::sources::{attitude, depth, dvl, range, range_rate, rates, ship_gnss, two_way, vehicle_gnss};
+use crate::navigation::sources::{
+    attitude, depth, dvl, range, range_rate, rates, ship_gnss, two_way, usbl, vehicle_gnss,
+};
 use crate::navigation::trust::innovation_monitor::{EXCEEDANCE, Estimated, LARGEST_CURRENT_MPS};
 use crate::navigation::trust::source_state::largest_sigma;
 use crate::state::{P, PHI, U, X, Y, Z, wrap_angle};
@@ -70,6 +72,7 @@ impl Filter {
             Measurement::TwoWayRange { outward, back, range_m } => {
                 two_way::observe(x, outward, back, *range_m, config, out)?;
             }
+            Measurement::Usbl { path, fix } => usbl::observe(x, path, fix, config, out)?,
         }
         if self.effects.change(measurement.channel()) {
             let t_s = self.effect_time_s();
@@ -314,7 +317,7 @@ impl Filter {
             Sensor::Rates => P..P + 3,
             Sensor::BottomTrack | Sensor::WaterTrack => U..U + 3,
             Sensor::RangeRate => U..U + 2,
-            Sensor::VehicleGnss | Sensor::Range => X..X + 2,
+            Sensor::VehicleGnss | Sensor::Range | Sensor::Usbl => X..X + 2,
             Sensor::ShipGnss => self.x.layout.ship().map_or(0..0, |at| at..at + 2),
         }
     }

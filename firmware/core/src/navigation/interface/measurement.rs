@@ -24,21 +24,41 @@ pub enum Sensor {
     Range,
     /// Acoustic range rate.
     RangeRate,
+    /// Range and direction by USBL.
+    Usbl,
 }
 
 impl Sensor {
+    /// How many are told apart. No port of a board brings a USBL: its filters keep nothing of one.
+    pub const COUNT: usize = if cfg!(target_os = "none") { 9 } else { 10 };
+
     /// All sensors, in the order of their discriminants.
-    pub const ALL: [Self; 9] = [
-        Self::Depth,
-        Self::Attitude,
-        Self::Rates,
-        Self::BottomTrack,
-        Self::WaterTrack,
-        Self::VehicleGnss,
-        Self::ShipGnss,
-        Self::Range,
-        Self::RangeRate,
-    ];
+    pub const ALL: [Self; Self::COUNT] = {
+        const EVERY: [Sensor; 10] = [
+            Sensor::Depth,
+            Sensor::Attitude,
+            Sensor::Rates,
+            Sensor::BottomTrack,
+            Sensor::WaterTrack,
+            Sensor::VehicleGnss,
+            Sensor::ShipGnss,
+            Sensor::Range,
+            Sensor::RangeRate,
+            Sensor::Usbl,
+        ];
+        let mut all = [Self::Depth; Self::COUNT];
+        let mut i = 0;
+        while i < Self::COUNT {
+            all[i] = EVERY[i];
+            i += 1;
+        }
+        all
+    };
+
+    /// Its place among [`Self::ALL`].
+    pub(crate) fn place(self) -> usize {
+        (self as usize).min(Self::COUNT - 1)
+    }
 
     /// Name used in logs, telemetry and JSON.
     #[must_use]
@@ -53,6 +73,7 @@ impl Sensor {
             Self::ShipGnss => "ship_gnss",
             Self::Range => "range",
             Self::RangeRate => "range_rate",
+            Self::Usbl => "usbl",
         }
     }
 }
@@ -93,7 +114,7 @@ pub struct ShipReport {
     pub velocity_sigma_mps: f64,
 }
 
-/// The ship's end of an acoustic path.
+/// The ship's end of an acoustic path, or what is there in place of a ship.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ShipEnd {
     /// The filter's present ship state (centralized, uplink).
@@ -102,6 +123,34 @@ pub enum ShipEnd {
     Delayed(CloneId),
     /// What the packet says; its error is taken as independent of the filter's.
     Reported(ShipReport),
+    /// A fixed transponder (LBL) at this declared place: north, east, down, m.
+    Transponder([f64; 3]),
+}
+
+/// What the angles of a USBL fix count from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum UsblAxes {
+    /// Seen from the ship, levelled and turned to north: bearing clockwise from true north, elevation above the horizontal.
+    Level,
+    /// Seen from the vehicle: bearing clockwise from the bow, elevation above the deck. The vehicle's end is the present.
+    Body,
+}
+
+/// A fix by USBL: range and direction from the array to the other end, and their errors.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct UsblFix {
+    /// What the angles count from.
+    pub axes: UsblAxes,
+    /// Slant range, m.
+    pub range_m: f64,
+    /// Bearing, rad.
+    pub bearing_rad: f64,
+    /// Elevation, positive up, rad.
+    pub elevation_rad: f64,
+    /// One sigma of the range, m.
+    pub range_sigma_m: f64,
+    /// One sigma of the direction, in either way across, rad.
+    pub angle_sigma_rad: f64,
 }
 
 /// The two ends between which sound travelled.
@@ -174,6 +223,13 @@ pub enum Measurement {
         /// Half of (round-trip time minus turnaround) times sound speed, m.
         range_m: f64,
     },
+    /// Range and direction by USBL.
+    Usbl {
+        /// Between which ends.
+        path: AcousticPath,
+        /// What was measured.
+        fix: UsblFix,
+    },
 }
 
 impl Measurement {
@@ -190,16 +246,18 @@ impl Measurement {
             Self::ShipGnss { .. } => Sensor::ShipGnss,
             Self::Range { .. } | Self::TwoWayRange { .. } => Sensor::Range,
             Self::RangeRate { .. } => Sensor::RangeRate,
+            Self::Usbl { .. } => Sensor::Usbl,
         }
     }
 
-    /// The readings, one number per scalar.
+    /// The readings, one number per scalar; those that are left out are zero.
     pub(crate) fn readings(&self) -> &[f64] {
         match self {
             Self::Depth { z_m: one }
             | Self::Range { range_m: one, .. }
             | Self::RangeRate { range_rate_mps: one, .. }
-            | Self::TwoWayRange { range_m: one, .. } => core::slice::from_ref(one),
+            | Self::TwoWayRange { range_m: one, .. }
+            | Self::Usbl { fix: UsblFix { range_m: one, .. }, .. } => core::slice::from_ref(one),
             Self::VehicleGnss { position_m } | Self::ShipGnss { position_m } => position_m,
             Self::Attitude { euler_rad: three }
             | Self::Rates { rates_radps: three }
@@ -219,6 +277,7 @@ impl Measurement {
             Self::Range { .. } => SensorChannel::Range,
             Self::RangeRate { .. } => SensorChannel::RangeRate,
             Self::TwoWayRange { .. } => SensorChannel::TwoWayRange,
+            Self::Usbl { .. } => SensorChannel::Usbl,
         }
     }
 
@@ -228,7 +287,8 @@ impl Measurement {
         match self {
             Self::Depth { .. } | Self::Range { .. } | Self::RangeRate { .. } | Self::TwoWayRange { .. } => 1,
             Self::VehicleGnss { .. } | Self::ShipGnss { .. } => 2,
-            Self::Attitude { .. } | Self::Rates { .. } | Self::BottomTrack { .. } | Self::WaterTrack { .. } => 3,
+            Self::Attitude { .. } | Self::Rates { .. } | Self::BottomTrack { .. } => 3,
+            Self::WaterTrack { .. } | Self::Usbl { .. } => 3,
         }
     }
 }

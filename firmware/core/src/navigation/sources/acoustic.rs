@@ -32,6 +32,7 @@ enum Vehicle {
 enum Ship<'a> {
     State { at: usize },
     Reported(&'a ShipReport),
+    Transponder,
 }
 
 /// A scalar's gradient by an end's position and velocity.
@@ -54,22 +55,24 @@ impl<'a> Path<'a> {
                 (Vehicle::Delayed { at, bridge_s, acceleration_psd: acceleration_psd(config) }, p + v * bridge_s)
             }
         };
-        let ship_state = |at: usize| (Ship::State { at }, x.block::<2>(at));
-        let (ship, [north, east]) = match &path.ship {
+        let at_depth = |[north, east]: [f64; 2]| Vector3::new(north, east, config.ship_transducer_depth_m);
+        let ship_state = |at: usize| (Ship::State { at }, at_depth(x.block::<2>(at)));
+        let (ship, p_ship) = match &path.ship {
             ShipEnd::Now => ship_state(x.layout.ship().ok_or(FusionOutcome::Invalid)?),
             ShipEnd::Delayed(id) => ship_state(x.clone_at(*id, CloneKind::Ship).ok_or(FusionOutcome::StaleClone)?),
-            ShipEnd::Reported(report) => (Ship::Reported(report), report.position_m),
+            ShipEnd::Reported(report) => (Ship::Reported(report), at_depth(report.position_m)),
+            ShipEnd::Transponder(place_m) => (Ship::Transponder, Vector3::from(*place_m)),
         };
-        let dp = p_vehicle - Vector3::new(north, east, config.ship_transducer_depth_m);
+        let dp = p_vehicle - p_ship;
         let Distance { distance_m, direction } = distance(&dp).ok_or(FusionOutcome::Invalid)?;
         Ok(Self { vehicle, ship, dp, distance_m, direction })
     }
 
-    /// Whether the ship's end is one and the same: a reported ship is where it replied.
+    /// Whether the ship's end is one and the same: a reported ship is where it replied, a transponder does not move.
     pub(crate) fn shares_ship(&self, other: &Self) -> bool {
         match (&self.ship, &other.ship) {
             (Ship::State { at }, Ship::State { at: other }) => at == other,
-            (Ship::Reported(_), Ship::Reported(_)) => true,
+            (Ship::Reported(_), Ship::Reported(_)) | (Ship::Transponder, Ship::Transponder) => true,
             _ => false,
         }
     }
@@ -83,6 +86,7 @@ impl<'a> Path<'a> {
         let [north, east] = match self.ship {
             Ship::State { at } => x.block::<2>(at + SHIP_VELOCITY),
             Ship::Reported(report) => report.velocity_mps,
+            Ship::Transponder => [0.0; 2],
         };
         vehicle - Vector3::new(north, east, 0.0)
     }
@@ -127,6 +131,7 @@ impl<'a> Path<'a> {
                 out.variance += horizontal(&by.position) * report.position_sigma_m * report.position_sigma_m
                     + horizontal(&by.velocity) * report.velocity_sigma_mps * report.velocity_sigma_mps;
             }
+            Ship::Transponder => {}
         }
     }
 }

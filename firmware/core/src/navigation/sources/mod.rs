@@ -10,4 +10,5 @@ pub(super) mod range_rate;
 pub(super) mod rates;
 pub(super) mod ship_gnss;
 pub(super) mod two_way;
+pub(super) mod usbl;
 pub(super) mod vehicle_gnss;

@@ -87,6 +87,12 @@ pub(super) fn entries(columns: &[Seen], used: &[usize], frames: &Frames) -> (Vec
     for place in order {
         let column = &columns[place];
         let Some(target) = column.target() else { continue };
+        // a range beside a bearing is one fix; an elevation without one is a height
+        let is_usbl = has("usbl_bearing_rad");
+        let target = if target == "range_m" && is_usbl { "usbl_range_m" } else { target };
+        if target == "usbl_elevation_rad" && !is_usbl {
+            continue;
+        }
         let is_second = match target {
             "depth_m" => column.is_pressure() && has_depth,
             "latitude_deg" | "longitude_deg" => has_local,

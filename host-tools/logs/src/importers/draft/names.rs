@@ -18,6 +18,13 @@ pub(super) const MAGNETIC: [&str; 2] = ["magnetic", "mag"];
 pub(super) const NAMES: &[(&str, &str)] = &[
     ("latitude ~lat", "latitude_deg"),
     ("longitude ~lon ~long ~lng", "longitude_deg"),
+    ("elevation", "usbl_elevation_rad"),
+    ("bearing azimuth", "usbl_bearing_rad"),
+    ("usbl_range usbl_slant usbl_distance", "usbl_range_m"),
+    ("usbl_north =usbl_n", "usbl_north_m"),
+    ("usbl_east =usbl_e", "usbl_east_m"),
+    ("usbl_down =usbl_d", "usbl_down_m"),
+    ("transponder beacon_id", "station"),
     ("rollrate roll_rate gyro_x gyrox angular_velocity.x =p =wx", "p_radps"),
     ("pitchrate pitch_rate gyro_y gyroy angular_velocity.y =q =wy", "q_radps"),
     ("yawrate yaw_rate gyro_z gyroz angular_velocity.z =r =wz", "r_radps"),

@@ -40,6 +40,9 @@ const LIMITS: &[Limit] = &[
     .units(1.5, &[("mm/s", 1e-3), ("cm/s", 1e-2)]),
     limit(&[Column::PropRpm], -6000.0, 6000.0, "is it in rad/s, in degrees per second or in per mille?"),
     limit(&[Column::Range, Column::TwoWayRange, Column::UplinkRange], 0.0, 30_000.0, "is it in mm, or a travel time?"),
+    limit(&[Column::UsblElevation], -FRAC_PI_2, FRAC_PI_2, "is it in degrees?").units(0.5, &[("deg", DEG)]),
+    limit(&[Column::UsblBearing], -TAU, TAU, "is it in degrees?").units(2.0, &[("deg", DEG)]),
+    limit(&[Column::UsblRange], 0.0, 30_000.0, "is it in mm, or a travel time?"),
     limit(&[Column::RangeRate], -20.0, 20.0, "is it in cm/s or mm/s?").units(1.5, &[("mm/s", 1e-3), ("cm/s", 1e-2)]),
     limit(
         &[Column::GpsX, Column::GpsY, Column::ShipGpsX, Column::ShipGpsY, Column::ShipX, Column::ShipY],

@@ -195,3 +195,29 @@ fn what_was_compared_without_a_conclusion_is_inconclusive() {
     assert!(compared.iter().any(|test| test.why.contains("slope")), "{untested:?}");
     assert!(compared.iter().all(|test| !test.lacks_columns), "{untested:?}");
 }
+
+/// The same with a fix by USBL every ten seconds of a ship 250 m to the south, `change` applied to what it reads.
+fn seen_by_ship(change: impl Fn([f64; 3]) -> [f64; 3]) -> Log {
+    let mut log = good();
+    for row in log.rows.iter_mut().step_by(50) {
+        let [x, y] = row.gnss_m().unwrap();
+        let (north, east, down) = (x + 250.0, y + 30.0, row.get(Column::Depth).unwrap());
+        let level = north.hypot(east);
+        let read = [level.hypot(down), east.atan2(north), (-down).atan2(level)];
+        row.set_all(Column::UsblRange, &change(read)).set_all(Column::ShipX, &[-250.0, -30.0]);
+    }
+    log
+}
+
+#[test]
+fn fixes_by_usbl_are_tested_against_depth_and_gnss() {
+    assert!(!Examination::of(&seen_by_ship(|read| read)).is_suspicious());
+    // an array that is turned by 0.1 rad is no mistake in recording
+    assert!(!Examination::of(&seen_by_ship(|[range, bearing, up]| [range, bearing + 0.1, up])).is_suspicious());
+    let depression = messages(&seen_by_ship(|[range, bearing, up]| [range, bearing, -up]));
+    assert!(depression.contains("columns.usbl_elevation_rad") && depression.contains("sign = -1"), "{depression}");
+    let degrees = messages(&seen_by_ship(|[range, bearing, up]| [range, bearing.to_degrees(), up.to_degrees()]));
+    assert!(degrees.contains("usbl_bearing_rad") && degrees.contains("in degrees"), "{degrees}");
+    let from_east = messages(&seen_by_ship(|[range, bearing, up]| [range, std::f64::consts::FRAC_PI_2 - bearing, up]));
+    assert!(from_east.contains("USBL's bearing against fixes"), "{from_east}");
+}

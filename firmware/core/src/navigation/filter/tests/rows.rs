@@ -135,12 +135,16 @@ impl Scene {
             }
         };
         let of_state = |at: usize| ([x[at], x[at + 1]], [x[at + SHIP_VELOCITY], x[at + SHIP_VELOCITY + 1]]);
+        let mut depth = S::from(self.navigator.config.ship_transducer_depth_m);
         let (ship_p, ship_v) = match path.ship {
             ShipEnd::Now => of_state(layout.ship().expect("known")),
             ShipEnd::Delayed(id) => of_state(layout.clone_at(id, CloneKind::Ship).expect("held")),
             ShipEnd::Reported(report) => (report.position_m.map(S::from), report.velocity_mps.map(S::from)),
+            ShipEnd::Transponder([north, east, down]) => {
+                depth = S::from(down);
+                ([north, east].map(S::from), [S::from(0.0); 2])
+            }
         };
-        let depth = S::from(self.navigator.config.ship_transducer_depth_m);
         ([p[0] - ship_p[0], p[1] - ship_p[1], p[2] - depth], [v[0] - ship_v[0], v[1] - ship_v[1], v[2]])
     }
 
@@ -190,6 +194,21 @@ impl Scene {
                 let half = S::from(0.5) * (self.distance(x, outward) + self.distance(x, back));
                 vec![half * (one + of("sound_speed", "ratio"))]
             }
+            Measurement::Usbl { path, fix } => {
+                let (dp, _) = self.ends(x, path);
+                let m = usbl_vector(x, fix);
+                // the triad belongs to the reading, and stands while the state varies
+                let along = usbl_vector(&seeded(&self.navigator, N_MAX), fix).map(|axis| axis.value / fix.range_m);
+                let [n, e, d] = along;
+                let along = nalgebra::Vector3::from(along);
+                let right = nalgebra::Vector3::new(-e, n, 0.0).normalize();
+                let down = nalgebra::Vector3::new(-d * n, -d * e, 1.0 - d * d).normalize();
+                let off = |axis: nalgebra::Vector3<f64>| {
+                    dot([axis.x, axis.y, axis.z].map(S::from), [0, 1, 2].map(|i| m[i] - dp[i]))
+                };
+                let range = (S::from(fix.range_m) - off(along)) * (one + of("sound_speed", "ratio"));
+                vec![range, -off(right), -off(down)]
+            }
         }
     }
 
@@ -211,7 +230,17 @@ impl Scene {
             Measurement::VehicleGnss { position_m: [10.0, -20.0] },
             Measurement::ShipGnss { position_m: [10.0, -20.0] },
         ];
-        let ships = [ShipEnd::Now, ShipEnd::Delayed(self.ship_clone), ShipEnd::Reported(report)];
+        let place_m = [200.0, 300.0 * random.within(1.0), 60.0];
+        let ships =
+            [ShipEnd::Now, ShipEnd::Delayed(self.ship_clone), ShipEnd::Reported(report), ShipEnd::Transponder(place_m)];
+        let mut fix = UsblFix {
+            axes: UsblAxes::Level,
+            range_m: 250.0,
+            bearing_rad: 3.0 * random.within(1.0),
+            elevation_rad: 1.4 * random.within(1.0),
+            range_sigma_m: 1.0,
+            angle_sigma_rad: 0.01,
+        };
         for vehicle in [VehicleEnd::Now, bridged(0.0), bridged(-0.3), bridged(1.2)] {
             for ship in ships {
                 let path = AcousticPath { vehicle, ship };
@@ -219,6 +248,9 @@ impl Scene {
                 all.push(Measurement::Range { path, range_m: 300.0 });
                 all.push(Measurement::RangeRate { path, range_rate_mps: 0.4 });
                 all.push(Measurement::TwoWayRange { outward: path, back, range_m: 300.0 });
+                all.push(Measurement::Usbl { path, fix });
+                fix.bearing_rad += 0.1;
+                all.push(Measurement::Usbl { path: back, fix: UsblFix { axes: UsblAxes::Body, ..fix } });
             }
         }
         // Ship's ends that differ.
@@ -255,6 +287,13 @@ fn to_ned<S: Scalar>(x: &[S], a: Vec3<S>) -> Vec3<S> {
 /// Rᵀ a.
 fn to_body<S: Scalar>(x: &[S], a: Vec3<S>) -> Vec3<S> {
     about_x(-x[PHI], about_y(-x[THETA], about_z(-x[PSI], a)))
+}
+
+/// What a USBL measured, as the vehicle minus the other end, NED.
+fn usbl_vector<S: Scalar>(x: &[S], fix: &UsblFix) -> Vec3<S> {
+    let [b, e] = [fix.bearing_rad, fix.elevation_rad];
+    let m = [e.cos() * b.cos(), e.cos() * b.sin(), -e.sin()].map(|axis| S::from(fix.range_m * axis));
+    if fix.axes == UsblAxes::Body { to_ned(x, m).map(|axis| -axis) } else { m }
 }
 
 /// The filter's states with a slope of one in one of them.

@@ -16,9 +16,10 @@ const BRIDGED: usize = 6;
 const BRIDGED_SHIP: usize = 60;
 
 /// Columns that are looked at.
-const USED: [&[Column]; 3] = [
+const USED: [&[Column]; 4] = [
     Column::group(Column::PropRpm, Column::SpeedLog),
     Column::group(Column::RefNorth, Column::RefDown),
+    &[Column::UsblRange, Column::UsblBearing, Column::UsblElevation, Column::UsblOnVehicle],
     &[Column::Rudder, Column::WaterSpeed, Column::Ballast, Column::Run],
 ];
 
@@ -44,6 +45,7 @@ fn carry(column: Column) -> Carry {
         | Column::Run => Carry::Hold,
         Column::GpsX | Column::GpsY | Column::Range | Column::RangeRate => Carry::No,
         Column::ShipX | Column::ShipY | Column::Tol | Column::Toa => Carry::No,
+        Column::UsblRange | Column::UsblBearing | Column::UsblElevation | Column::UsblOnVehicle => Carry::No,
         Column::ShipGpsX | Column::ShipGpsY => Carry::Line(BRIDGED_SHIP),
         _ => Carry::Line(BRIDGED),
     }

@@ -188,6 +188,8 @@ pub fn all() -> Vec<Mend> {
         Column::PropRpm,
         Column::Rudder,
         Column::RangeRate,
+        Column::UsblElevation,
+        Column::UsblBearing,
         Column::GpsX,
         Column::GpsY,
         Column::ShipX,

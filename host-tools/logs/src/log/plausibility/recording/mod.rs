@@ -1,6 +1,6 @@
 //! Signs, axes and units of columns against physics that needs no vehicle.
 //!
-//! Every relation between columns (`rates`, `dive`, `fins`, `course`, `propeller`, `ranges`) is tested as recorded. Where
+//! Every relation between columns (`rates`, `dive`, `fins`, `course`, `propeller`, `ranges`, `usbl`) is tested as recorded. Where
 //! one is contradicted, every mistake in recording (`mend`) is tried: the one that mends most contradictions, and breaks
 //! nothing that held, is named with the lines of a column mapping that undo it.
 
@@ -17,6 +17,7 @@ mod rates;
 mod relation;
 mod slip;
 mod slope;
+mod usbl;
 
 use super::{Finding, Severity, Untested};
 use crate::log::{Column, Log};
@@ -36,6 +37,7 @@ fn relations() -> impl Iterator<Item = &'static Relation> {
         .chain(&propeller::RELATIONS)
         .chain(&ranges::RELATIONS)
         .chain(&pace::RELATIONS)
+        .chain(&usbl::RELATIONS)
 }
 
 /// A relation and what the log says of it now.
@@ -117,8 +119,10 @@ pub(super) fn check(log: &Log, odd: &[Column], is_doubted: impl Fn(Column) -> bo
         }
         (relation.test)(grid)
     };
+    // few logs have a USBL: of others nothing is said of it
+    let is_asked = |of: &&Relation| !of.needs.contains(&Column::UsblRange) || grid.has(Column::UsblRange);
     let mut tested: Vec<Tested> =
-        relations().map(|relation| Tested { relation, outcome: test(relation, &grid) }).collect();
+        relations().filter(is_asked).map(|relation| Tested { relation, outcome: test(relation, &grid) }).collect();
     let of_state = |tested: &&Tested, state| tested.outcome.state == state;
     let holding = tested.iter().filter(|tested| of_state(tested, State::Holds));
     tests.holding = holding.map(|tested| (tested.relation.name, tested.used(&grid))).collect();
