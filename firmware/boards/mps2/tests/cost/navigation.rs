@@ -215,7 +215,7 @@ fn effect(navigator: &mut Navigator, info: &'static EffectInfo) {
         *value = match parameter.kind {
             ParameterKind::Size => 0.01 * parameter.max,
             ParameterKind::Onset | ParameterKind::End => 0.0,
-            ParameterKind::Fin | ParameterKind::Shape => parameter.min,
+            ParameterKind::Fin | ParameterKind::Shape | ParameterKind::Transponder => parameter.min,
         };
     }
     let Some(values) = values.get(..info.parameters.len()) else { return };
