@@ -29,36 +29,19 @@ pub enum Sensor {
 }
 
 impl Sensor {
-    /// How many are told apart. No port of a board brings a USBL: its filters keep nothing of one.
-    pub const COUNT: usize = if cfg!(target_os = "none") { 9 } else { 10 };
-
     /// All sensors, in the order of their discriminants.
-    pub const ALL: [Self; Self::COUNT] = {
-        const EVERY: [Sensor; 10] = [
-            Sensor::Depth,
-            Sensor::Attitude,
-            Sensor::Rates,
-            Sensor::BottomTrack,
-            Sensor::WaterTrack,
-            Sensor::VehicleGnss,
-            Sensor::ShipGnss,
-            Sensor::Range,
-            Sensor::RangeRate,
-            Sensor::Usbl,
-        ];
-        let mut all = [Self::Depth; Self::COUNT];
-        let mut i = 0;
-        while i < Self::COUNT {
-            all[i] = EVERY[i];
-            i += 1;
-        }
-        all
-    };
-
-    /// Its place among [`Self::ALL`].
-    pub(crate) fn place(self) -> usize {
-        (self as usize).min(Self::COUNT - 1)
-    }
+    pub const ALL: [Self; 10] = [
+        Self::Depth,
+        Self::Attitude,
+        Self::Rates,
+        Self::BottomTrack,
+        Self::WaterTrack,
+        Self::VehicleGnss,
+        Self::ShipGnss,
+        Self::Range,
+        Self::RangeRate,
+        Self::Usbl,
+    ];
 
     /// Name used in logs, telemetry and JSON.
     #[must_use]

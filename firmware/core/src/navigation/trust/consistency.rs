@@ -45,7 +45,7 @@ impl Consistency {
 
     /// Adds one record.
     pub fn add(&mut self, record: &FusionRecord) {
-        let tally = &mut self.tallies[record.sensor.place()];
+        let tally = &mut self.tallies[record.sensor as usize];
         match record.outcome {
             FusionOutcome::Fused => {
                 tally.sum += record.nis();
@@ -60,7 +60,7 @@ impl Consistency {
     /// The tally of one sensor.
     #[must_use]
     pub fn tally(&self, sensor: Sensor) -> &NisTally {
-        &self.tallies[sensor.place()]
+        &self.tallies[sensor as usize]
     }
 }
 

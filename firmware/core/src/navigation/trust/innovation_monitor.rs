@@ -122,26 +122,26 @@ impl InnovationMonitor {
 
     /// Worst innovation of one scalar since a suspect source began to contradict the filter; 0 of others.
     pub(crate) fn worst(&self, sensor: Sensor, axis: usize) -> f64 {
-        let suspicion = self.sources[sensor.place()].suspicion();
+        let suspicion = self.sources[sensor as usize].suspicion();
         suspicion.and_then(|suspicion| suspicion.exceedances.worst.get(axis).copied()).unwrap_or(0.0)
     }
 
     pub(crate) fn is_suspect(&self, sensor: Sensor) -> bool {
-        self.sources[sensor.place()].is_suspect()
+        self.sources[sensor as usize].is_suspect()
     }
 
     /// Since when a suspect source has contradicted the filter, µs.
     pub(crate) fn suspect_since_us(&self, sensor: Sensor) -> Option<u64> {
-        self.sources[sensor.place()].suspicion().map(|suspicion| suspicion.exceedances.since_us)
+        self.sources[sensor as usize].suspicion().map(|suspicion| suspicion.exceedances.since_us)
     }
 
     /// One sigma by scalar that an unconfirmed source leaves at least; 0 when it is not unconfirmed.
     pub(crate) fn floor(&self, sensor: Sensor) -> [f64; 3] {
-        self.sources[sensor.place()].floor()
+        self.sources[sensor as usize].floor()
     }
 
     pub(crate) fn recoveries(&self, sensor: Sensor) -> u32 {
-        self.sources[sensor.place()].recoveries
+        self.sources[sensor as usize].recoveries
     }
 
     /// An exceedance: its innovations, and their largest `variance`. With `most` of them in a row suspicion begins.
@@ -170,7 +170,7 @@ impl InnovationMonitor {
             surfaced,
             most,
         };
-        self.sources[sensor.place()].take(sensor, Event::Exceeds(exceedance));
+        self.sources[sensor as usize].take(sensor, Event::Exceeds(exceedance));
         if sensor == Sensor::Range {
             self.agreed_us = 0;
         }
@@ -180,7 +180,7 @@ impl InnovationMonitor {
     /// Innovation variance as it would be without the suspicion, of a range also without what unconfirmed sources add;
     /// `noise` is that of the reading.
     pub(crate) fn variance_without_suspicion(&self, sensor: Sensor, variance: f64, noise: f64) -> f64 {
-        let source = &self.sources[sensor.place()];
+        let source = &self.sources[sensor as usize];
         let added = if sensor == Sensor::Range {
             self.sources.iter().map(|source| source.grown.position).sum::<f64>() + source.grown.positioned
         } else {
@@ -218,7 +218,7 @@ impl InnovationMonitor {
         most: u32,
     ) -> bool {
         let contested = self.is_suspect(Sensor::Range);
-        let source = &mut self.sources[sensor.place()];
+        let source = &mut self.sources[sensor as usize];
         match source.take(sensor, Event::Agrees { time_us, alone, believable, most }) {
             Outcome::Suspect { used } => return used,
             Outcome::Unconfirmed => self.agreed_us = 0,
@@ -256,7 +256,7 @@ impl InnovationMonitor {
         let contradicts =
             bottom.suspicion().is_some_and(|suspicion| time_us < suspicion.last_us.saturating_add(VELOCITY_US));
         let ranges_agree = self.ranges_agree(time_us);
-        let source = &mut self.sources[sensor.place()];
+        let source = &mut self.sources[sensor as usize];
         let mut growth = Growth { positioned: 0.0, drift: 0.0, floor: [0.0; 3], current: [0.0; 3] };
         let is_silent = |last_us| time_us.saturating_sub(last_us) > silence_us(sensor);
         if source.suspicion().is_some_and(|suspicion| is_silent(suspicion.last_us)) {
