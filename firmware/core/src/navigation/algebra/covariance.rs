@@ -267,7 +267,7 @@ impl Covariance {
         }
         let (before, behind) = self.packed.split_at_mut(row_0(source) + source);
         if let Some(target) = before.get_mut(place + source..) {
-            for (p, q) in target.iter_mut().zip(behind).take(n - source).skip(1) {
+            for (p, q) in target.iter_mut().zip(behind).take(n.saturating_sub(source)).skip(1) {
                 *p += a * *q;
             }
         }
