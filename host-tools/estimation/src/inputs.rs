@@ -4,7 +4,7 @@
 //! applies the `[installation]` of the vehicle file with the board's own code ([`backseat_app::inputs::installation`]):
 //! turns, delays, and lever arms with attitude and rates of the log itself. It does so once: a log remembers.
 //!
-//! Three columns stand as they are. A fix stands at its own time. A range is one from transducer to transducer, at its
+//! Without a DVL a logged speed is as late as the DVL is declared to be. Three columns stand as they are. A fix stands at its own time. A range is one from transducer to transducer, at its
 //! time of arrival: who knows the position subtracts the arm along the path ([`range_at_centre_m`]). Commands hold from
 //! their row on.
 
@@ -32,8 +32,16 @@ pub fn at_centre<'a>(log: &'a Log, installation: &Installation) -> Cow<'a, Log> 
     }
     let mut samples: Vec<(u64, Sample)> = Vec::new();
     let mut rows = Vec::with_capacity(log.rows.len());
+    // Without a DVL its delay is that of the logged speed.
+    let speed_late_us = if log.has(Column::DvlU) { 0 } else { (installation.dvl_delay_s * 1e6) as u64 };
     for row in &log.rows {
         let mut rest = row.clone();
+        if let Some(speed_mps) = row.get(Column::SpeedLog).filter(|_| speed_late_us > 0) {
+            let mut valid = LogRow::new(row.time_us.saturating_sub(speed_late_us));
+            valid.set(Column::SpeedLog, speed_mps);
+            rows.push(valid);
+            rest.set(Column::SpeedLog, f64::NAN);
+        }
         for (sample, first, count) in samples_of(row) {
             samples.push(mounted(Stamp::Arrival(row.time_us), sample, installation));
             rest.set_all(first, &[f64::NAN; 3][..count]);
@@ -236,6 +244,20 @@ mod tests {
         assert_eq!(firsts, [800_000, 900_000, 1_000_000, 1_000_000]);
         assert_eq!(at_centre(&centred, &installation).rows, centred.rows, "once");
         assert!(matches!(at_centre(&log, &Installation::DEFAULT), Cow::Borrowed(_)), "nothing to do");
+    }
+
+    #[test]
+    fn val_a_logged_speed_is_late_as_a_dvl_is() {
+        let mut log = Log::default();
+        for k in 0..10_u64 {
+            let mut row = LogRow::new(k * 1_000_000);
+            log.rows.push(row.set(Column::SpeedLog, k as f64).set(Column::Heading, 0.1).clone());
+        }
+        let installation = Installation { dvl_delay_s: 1.5, ..Installation::DEFAULT };
+        let centred = at_centre(&log, &installation);
+        let speeds: Vec<_> = centred.column(Column::SpeedLog).collect();
+        assert_eq!((speeds.len(), speeds[4]), (10, (2_500_000, 4.0)));
+        assert_eq!(centred.column(Column::Heading).nth(4), Some((4_000_000, 0.1)));
     }
 
     #[test]

@@ -8,6 +8,7 @@ use backseat_diagnose::remaining::Remaining;
 use backseat_diagnose::samples::ResidualChannel;
 use backseat_diagnose::scores::{PREDICTED, Scores, VELOCITY_HORIZON};
 use backseat_diagnose::verdict::Verdict;
+use backseat_logs::Column;
 
 /// Effects in words; `{name}` is the value of that parameter, a fin by its name. What is not here is listed by its
 /// names.
@@ -55,7 +56,9 @@ const WORDS: [(&str, &str); 32] = [
 /// The diagnosis in one sentence.
 pub fn sentence(result: &DiagnosisResult<'_>) -> String {
     let d = &result.diagnosis;
-    let phrases: Vec<String> = d.effects.iter().map(phrase).collect();
+    // Without a DVL what it measures was logged by something else.
+    let carrier = if result.log.has(Column::DvlU) { "the DVL is" } else { "the logged speed is" };
+    let phrases: Vec<String> = d.effects.iter().map(|found| phrase(found).replace("the DVL is", carrier)).collect();
     let found = phrases.join("; ");
     let mut parts = match d.verdict {
         Verdict::None => vec!["Nothing found: the declared model leaves no significant residual".to_owned()],

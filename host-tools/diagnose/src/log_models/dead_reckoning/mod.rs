@@ -8,7 +8,7 @@
 
 mod track;
 
-use self::track::{Leg, Track};
+use self::track::{Readings, Track};
 use super::layout::Layout;
 use super::model::{Entry, LogModel, Measures, OutsideTerm, Row, catalogue_range};
 use super::selection::{self, LogModelDiagnosis};
@@ -26,6 +26,9 @@ pub const FEWEST: usize = 12;
 const SHORTEST_S: f64 = 5.0;
 /// Time over which a velocity is taken from two fixes, s.
 const VELOCITY_S: f64 = 10.0;
+/// Half of the time over which a velocity is that of a moment, s. Velocity, heading and fixes that are equally late are no
+/// error: over a longer time the velocity's noise would tell them apart.
+const MOMENT_S: f64 = 1e-3;
 /// Time over which dead reckoning runs on when its position is scored, s.
 const RECKONED_S: f64 = 600.0;
 
@@ -52,6 +55,32 @@ const SLIP: [f64; 2] = [-0.35, 0.35];
 
 type Slopes = [[f64; COLUMNS]; 2];
 
+/// The way over ground since the first of some readings, m, and its derivatives.
+#[derive(Clone, Debug)]
+struct Reckoned {
+    /// Place of the readings.
+    of: Option<usize>,
+    /// How many spans from one reading to the next it has.
+    spans: usize,
+    moved_m: [f64; 2],
+    by: Slopes,
+}
+
+impl Default for Reckoned {
+    fn default() -> Self {
+        Self { of: None, spans: 0, moved_m: [0.0; 2], by: [[0.0; COLUMNS]; 2] }
+    }
+}
+
+impl Reckoned {
+    fn add(&mut self, (way_m, by): &([f64; 2], Slopes)) {
+        for axis in 0..2 {
+            self.moved_m[axis] += way_m[axis];
+            self.by[axis].iter_mut().zip(&by[axis]).for_each(|(sum, more)| *sum += more);
+        }
+    }
+}
+
 struct DeadReckoning {
     track: Track,
     has_dvl: bool,
@@ -71,52 +100,54 @@ impl DeadReckoning {
         heading
     }
 
-    /// The way of a leg over ground, m; adds its derivatives.
-    fn way(&self, leg: &Leg, theta: &[f64], by: &mut Slopes) -> [f64; 2] {
-        let psi = self.heading_rad(leg.heading_rad, theta) + theta[LAG] * leg.turned_rad / leg.dt_s;
+    /// The way over ground between two times, m, and its derivatives.
+    fn way(&self, readings: &Readings, [from_s, to_s]: [f64; 2], theta: &[f64]) -> ([f64; 2], Slopes) {
+        let dt_s = to_s - from_s;
+        let mut by: Slopes = [[0.0; COLUMNS]; 2];
+        if dt_s == 0.0 {
+            return ([0.0; 2], by);
+        }
+        // What holds now is read a delay later.
+        let late = |column: usize| readings.between([from_s + theta[column], to_s + theta[column]]);
+        let [[.., heading_rad], [.., read_turned_rad]] = late(LAG);
+        let psi = self.heading_rad(heading_rad, theta);
         let (sin, cos) = psi.sin_cos();
+        let (sin2, cos2) = (2.0 * psi).sin_cos();
+        let of_turn = theta[HEADING + 1] * cos - theta[HEADING + 2] * sin;
+        let of_turn = of_turn + 2.0 * (theta[IRON] * cos2 - theta[IRON + 1] * sin2);
+        let turned_rad = read_turned_rad / (1.0 + of_turn);
         let (ahead, starboard) = ([cos, sin], [-sin, cos]);
         let scale = 1.0 + theta[SCALE];
         let (yaw_sin, yaw_cos) = theta[YAW].sin_cos();
-        // The velocity of now is read a delay later.
-        let read_s = [leg.t_s - leg.dt_s, leg.t_s].map(|t_s| t_s + theta[DVL_DELAY]);
         let in_body =
-            |[mu, mv]: [f64; 2]| [mu * yaw_cos - mv * yaw_sin, mu * yaw_sin + mv * yaw_cos].map(|v| v / scale);
-        let [[u, v], change] = self.track.velocities[leg.velocities].between(read_s).map(in_body);
-        let way = [0, 1].map(|axis| (u * ahead[axis] + v * starboard[axis]) * leg.dt_s);
+            |[mu, mv, _]: [f64; 3]| [mu * yaw_cos - mv * yaw_sin, mu * yaw_sin + mv * yaw_cos].map(|v| v / scale);
+        let [[u, v], change] = late(DVL_DELAY).map(in_body);
+        let way = [0, 1].map(|axis| (u * ahead[axis] + v * starboard[axis]) * dt_s);
         let across = [-way[1], way[0]];
-        let since_middle = leg.t_s / self.duration_s - 0.5;
+        let since_middle = to_s / self.duration_s - 0.5;
         let mut moved = way;
         for axis in 0..2 {
-            let turn = [leg.turned_rad * starboard[axis], -leg.turned_rad * ahead[axis]];
-            let late = change[0] * ahead[axis] + change[1] * starboard[axis];
+            let turn = [turned_rad * starboard[axis], -turned_rad * ahead[axis]];
             let slopes = &mut by[axis];
-            slopes[CURRENT + axis] += leg.dt_s;
-            slopes[GROWTH + axis] += since_middle * leg.dt_s;
+            slopes[CURRENT + axis] = dt_s;
+            slopes[GROWTH + axis] = since_middle * dt_s;
             // True heading is measured less bias: the way turns back by it.
-            let harmonics = [
-                (HEADING, 1.0),
-                (HEADING + 1, sin),
-                (HEADING + 2, cos),
-                (IRON, (2.0 * psi).sin()),
-                (IRON + 1, (2.0 * psi).cos()),
-            ];
+            let harmonics = [(HEADING, 1.0), (HEADING + 1, sin), (HEADING + 2, cos), (IRON, sin2), (IRON + 1, cos2)];
             for (column, factor) in harmonics {
-                slopes[column] -= factor * across[axis];
+                slopes[column] = -factor * across[axis];
             }
-            slopes[SCALE] -= way[axis] / scale;
-            slopes[YAW] += across[axis];
-            slopes[LAG] += leg.turned_rad / leg.dt_s * across[axis];
+            slopes[SCALE] = -way[axis] / scale;
+            slopes[YAW] = across[axis];
+            slopes[LAG] = turned_rad / dt_s * across[axis];
             // Of a DVL's arm the reckoning has too much.
-            slopes[DVL_ARM] -= turn[0];
-            slopes[DVL_ARM + 1] -= turn[1];
-            slopes[SIDESLIP] += turn[0];
-            slopes[DVL_DELAY] += late;
+            slopes[DVL_ARM] = -turn[0];
+            slopes[DVL_ARM + 1] = -turn[1];
+            slopes[SIDESLIP] = turn[0];
+            slopes[DVL_DELAY] = change[0] * ahead[axis] + change[1] * starboard[axis];
             let more = theta[CURRENT + axis] + since_middle * theta[GROWTH + axis];
-            moved[axis] +=
-                more * leg.dt_s + (theta[SIDESLIP] - theta[DVL_ARM]) * turn[0] - theta[DVL_ARM + 1] * turn[1];
+            moved[axis] += more * dt_s + (theta[SIDESLIP] - theta[DVL_ARM]) * turn[0] - theta[DVL_ARM + 1] * turn[1];
         }
-        moved
+        (moved, by)
     }
 }
 
@@ -125,28 +156,34 @@ impl LogModel for DeadReckoning {
         COLUMNS
     }
 
-    /// Position of each fix less that of the reckoning, m.
+    /// Position of each fix less that of the reckoning when it was taken, m.
     fn rows(&self, theta: &[f64]) -> Vec<Row> {
-        let (mut moved, mut slopes): ([f64; 2], Slopes) = ([0.0; 2], [[0.0; COLUMNS]; 2]);
-        let mut legs = 0;
         let mut rows = Vec::with_capacity(2 * self.track.fixes.len());
+        let mut reckoned = Reckoned::default();
+        // The derivatives by the delays leave the way in turns of slip and arms out, by both alike.
+        let mut without_turns = theta.to_vec();
+        [SIDESLIP, DVL_ARM, DVL_ARM + 1].into_iter().for_each(|column| without_turns[column] = 0.0);
         for fix in &self.track.fixes {
-            for leg in &self.track.legs[legs..fix.legs] {
-                let way = self.way(leg, theta, &mut slopes);
-                (0..2).for_each(|axis| moved[axis] += way[axis]);
+            let readings = &self.track.readings[fix.readings];
+            if reckoned.of != Some(fix.readings) {
+                reckoned = Reckoned { of: Some(fix.readings), ..Reckoned::default() };
             }
-            legs = fix.legs;
-            let (sin, cos) = self.heading_rad(fix.heading_rad, theta).sin_cos();
-            let [u, v] = fix.velocity_mps;
-            let [x, y] = [theta[ARM], theta[ARM + 1]];
+            let taken_s = fix.t_s - theta[FIX_DELAY];
+            while let Some(span_s) = readings.span(reckoned.spans).filter(|[_, to_s]| *to_s <= taken_s) {
+                reckoned.add(&self.way(readings, span_s, theta));
+                reckoned.spans += 1;
+            }
+            let mut here = reckoned.clone();
+            here.add(&self.way(readings, [readings.time_s(reckoned.spans), taken_s], theta));
+            let (moment_m, _) = self.way(readings, [taken_s - MOMENT_S, taken_s + MOMENT_S], &without_turns);
+            let (sin, cos) = self.heading_rad(readings.heading_rad(taken_s + theta[LAG]), theta).sin_cos();
             let by_arm = [[cos, -sin], [sin, cos]];
-            let speed = [u * cos - v * sin + theta[CURRENT], u * sin + v * cos + theta[CURRENT + 1]];
             for (axis, channel) in [ResidualChannel::GnssX, ResidualChannel::GnssY].into_iter().enumerate() {
-                let mut slopes = slopes[axis].to_vec();
+                let mut slopes = here.by[axis].to_vec();
                 (slopes[ARM], slopes[ARM + 1]) = (by_arm[axis][0], by_arm[axis][1]);
-                slopes[FIX_DELAY] = -speed[axis];
-                let off = by_arm[axis][0] * x + by_arm[axis][1] * y - theta[FIX_DELAY] * speed[axis];
-                let residual = fix.at_m[axis] - moved[axis] - off;
+                slopes[FIX_DELAY] = -moment_m[axis] / (2.0 * MOMENT_S);
+                let off = by_arm[axis][0] * theta[ARM] + by_arm[axis][1] * theta[ARM + 1];
+                let residual = fix.at_m[axis] - here.moved_m[axis] - off;
                 rows.push(Row { t_s: fix.t_s, channel, sequence: fix.sequence, residual, slopes });
             }
         }
@@ -166,6 +203,7 @@ impl LogModel for DeadReckoning {
             ("heading_lag", vec![LAG]),
             ("gnss_lever_arm", vec![ARM, ARM + 1]),
             ("gnss_delay", vec![FIX_DELAY]),
+            ("dvl_delay", vec![DVL_DELAY]),
         ];
         // heading bias and soft iron are five numbers
         if self.track.directions() >= 5 {
@@ -174,7 +212,6 @@ impl LogModel for DeadReckoning {
         if self.has_dvl {
             entries.push(("dvl_misalignment", vec![YAW]));
             entries.push(("dvl_lever_arm", vec![DVL_ARM, DVL_ARM + 1]));
-            entries.push(("dvl_delay", vec![DVL_DELAY]));
         }
         entries
     }
@@ -185,8 +222,8 @@ impl LogModel for DeadReckoning {
 
     /// Of a delay longer than the velocity keeps its value the slope at none says nothing.
     fn starts(&self) -> Vec<(usize, &'static [f64])> {
-        const DELAYS_S: [f64; 5] = [0.5, 1.0, 1.5, 2.5, 4.0];
-        self.has_dvl.then_some((DVL_DELAY, &DELAYS_S[..])).into_iter().collect()
+        const DELAYS_S: &[f64] = &[0.5, 1.0, 1.5, 2.5, 4.0];
+        [LAG, FIX_DELAY, DVL_DELAY].map(|column| (column, DELAYS_S)).to_vec()
     }
 
     fn runs(&self) -> Vec<[f64; 2]> {
@@ -297,11 +334,11 @@ impl LogModel for DeadReckoning {
 }
 
 /// Of each stretch that is reckoned by itself: time, position lost and way run since it began.
-type Reckoned = Vec<Vec<(f64, [f64; 2], f64)>>;
+type Stretches = Vec<Vec<(f64, [f64; 2], f64)>>;
 
 impl DeadReckoning {
-    fn reckoned(&self, rows: &[Row], layout: &Layout, against_truth: bool) -> Reckoned {
-        let mut all: Reckoned = Vec::new();
+    fn reckoned(&self, rows: &[Row], layout: &Layout, against_truth: bool) -> Stretches {
+        let mut all: Stretches = Vec::new();
         let mut began: Option<(u32, u8, f64, [f64; 2], f64)> = None;
         for (pair, fix) in rows.chunks_exact(2).zip(&self.track.fixes) {
             let off = match (against_truth, fix.truth_m) {
@@ -395,7 +432,7 @@ pub fn run(log: &Log, vehicle: &VehicleFile, use_dvl: bool, truth: Option<&Truth
                 .to_owned(),
         );
     } else {
-        notes.push("dvl_scale means here the scale of the logged speed".to_owned());
+        notes.push("dvl_scale and dvl_delay mean here the scale and the delay of the logged speed".to_owned());
     }
     notes.push(
         "wind and waves move a vehicle at the surface too: a current found there includes their drift".to_owned(),

@@ -265,3 +265,42 @@ fn late_fixes_at_one_speed_are_told_as_one_of_several() {
     let (_, delay) = found.sigmas_beside_all.iter().find(|(effect, _)| *effect == "gnss_delay").unwrap();
     assert!(delay[0] > 0.7, "{delay:?}");
 }
+
+/// Fixes, heading and velocity that are equally late are the same way at another time.
+#[test]
+fn val_what_is_equally_late_is_no_error() {
+    let (mut log, _) = log(0.0, false);
+    for (second, row) in log.rows.iter_mut().enumerate() {
+        row.set(Column::SpeedLog, 1.0 + 0.5 * (second as f64 / 9.0).sin());
+    }
+    let track = track::of(&log, false, None);
+    let model = DeadReckoning { track, has_dvl: false, duration_s: log.duration_s(), length_m: 2.0 };
+    let mut theta = vec![0.0; COLUMNS];
+    theta[SIDESLIP] = -0.7;
+    (theta[ARM], theta[HEADING + 1]) = (0.8, 0.2);
+    let none = model.rows(&theta);
+    for column in [LAG, FIX_DELAY, DVL_DELAY] {
+        theta[column] = 2.0;
+    }
+    let late = model.rows(&theta);
+    // Beyond the ends of the log nothing was read.
+    let inner = |rows: &[Row]| rows[20..rows.len() - 20].to_vec();
+    for channel in [0, 1] {
+        let off: Vec<f64> = inner(&none)
+            .iter()
+            .zip(&inner(&late))
+            .skip(channel)
+            .step_by(2)
+            .map(|(none, late)| late.residual - none.residual)
+            .collect();
+        for off_m in &off {
+            assert!((off_m - off[0]).abs() < 0.02, "{off_m} {}", off[0]);
+        }
+        for row in inner(&late).iter().skip(channel).step_by(2) {
+            let common = row.slopes[LAG] + row.slopes[FIX_DELAY] + row.slopes[DVL_DELAY];
+            let first = &inner(&late)[channel];
+            let of_first = first.slopes[LAG] + first.slopes[FIX_DELAY] + first.slopes[DVL_DELAY];
+            assert!((common - of_first).abs() < 0.02, "{common} {of_first}");
+        }
+    }
+}

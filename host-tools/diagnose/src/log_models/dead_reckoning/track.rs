@@ -11,62 +11,69 @@ const LONGEST_GAP_S: f64 = 5.0;
 /// Fixes are used at most so often, s.
 const APART_S: f64 = 0.95;
 
-/// Readings of the velocity without a gap, and the way in body axes that they add up to.
+/// Surge and sway, m/s, and heading without jumps, rad.
+type Reading = [f64; 3];
+const AXES: [usize; 3] = [0, 1, 2];
+
+/// Readings without a gap, and what they add up to.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Velocities {
+pub(super) struct Readings {
     t_s: Vec<f64>,
-    mps: Vec<[f64; 2]>,
-    sum_m: Vec<[f64; 2]>,
+    read: Vec<Reading>,
+    sums: Vec<Reading>,
 }
 
-impl Velocities {
-    fn push(&mut self, t_s: f64, mps: [f64; 2]) {
-        let sum_m = match (self.t_s.last(), self.mps.last(), self.sum_m.last()) {
+impl Readings {
+    fn push(&mut self, t_s: f64, read: Reading) {
+        let sum = match (self.t_s.last(), self.read.last(), self.sums.last()) {
             (Some(before_s), Some(before), Some(sum)) => {
-                [0, 1].map(|axis| sum[axis] + 0.5 * (before[axis] + mps[axis]) * (t_s - before_s))
+                AXES.map(|axis| sum[axis] + 0.5 * (before[axis] + read[axis]) * (t_s - before_s))
             }
-            _ => [0.0; 2],
+            _ => [0.0; 3],
         };
         self.t_s.push(t_s);
-        self.mps.push(mps);
-        self.sum_m.push(sum_m);
+        self.read.push(read);
+        self.sums.push(sum);
     }
 
-    /// Velocity, m/s, and sum, m, between readings; beyond the first and the last these stay.
-    fn at(&self, t_s: f64) -> ([f64; 2], [f64; 2]) {
+    /// Value and sum between readings; beyond the first and the last the value stays.
+    fn at(&self, t_s: f64) -> (Reading, Reading) {
         let next = self.t_s.partition_point(|reading_s| *reading_s <= t_s);
         let before = next.saturating_sub(1).min(self.t_s.len().saturating_sub(1));
-        let (Some(from_s), Some(mps), Some(sum)) = (self.t_s.get(before), self.mps.get(before), self.sum_m.get(before))
+        let (Some(from_s), Some(read), Some(sum)) =
+            (self.t_s.get(before), self.read.get(before), self.sums.get(before))
         else {
-            return ([0.0; 2], [0.0; 2]);
+            return ([0.0; 3], [0.0; 3]);
         };
         let since_s = t_s - from_s;
-        let slope = |axis: usize| match (self.t_s.get(next), self.mps.get(next)) {
-            (Some(to_s), Some(to)) if next > before => (to[axis] - mps[axis]) / (to_s - from_s),
+        let slope = |axis: usize| match (self.t_s.get(next), self.read.get(next)) {
+            (Some(to_s), Some(to)) if next > before => (to[axis] - read[axis]) / (to_s - from_s),
             _ => 0.0,
         };
-        let velocity = [0, 1].map(|axis| mps[axis] + slope(axis) * since_s);
-        let way = [0, 1].map(|axis| sum[axis] + 0.5 * (mps[axis] + velocity[axis]) * since_s);
-        (velocity, way)
+        let value = AXES.map(|axis| read[axis] + slope(axis) * since_s);
+        (value, AXES.map(|axis| sum[axis] + 0.5 * (read[axis] + value[axis]) * since_s))
     }
 
-    /// Mean between two times, m/s, and by how much it changes.
-    pub fn between(&self, [from_s, to_s]: [f64; 2]) -> [[f64; 2]; 2] {
+    /// Time of a reading, s.
+    pub fn time_s(&self, place: usize) -> f64 {
+        self.t_s[place]
+    }
+
+    /// Times of a reading and of the next, s.
+    pub fn span(&self, place: usize) -> Option<[f64; 2]> {
+        Some([*self.t_s.get(place)?, *self.t_s.get(place + 1)?])
+    }
+
+    /// Heading, rad.
+    pub fn heading_rad(&self, t_s: f64) -> f64 {
+        self.at(t_s).0[2]
+    }
+
+    /// Mean between two times that are not the same, and by how much it changes.
+    pub fn between(&self, [from_s, to_s]: [f64; 2]) -> [Reading; 2] {
         let [(before, sum), (after, next)] = [from_s, to_s].map(|t_s| self.at(t_s));
-        [[0, 1].map(|axis| (next[axis] - sum[axis]) / (to_s - from_s)), [0, 1].map(|axis| after[axis] - before[axis])]
+        [AXES.map(|axis| (next[axis] - sum[axis]) / (to_s - from_s)), AXES.map(|axis| after[axis] - before[axis])]
     }
-}
-
-/// From one reading of the velocity to the next.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Leg {
-    pub t_s: f64,
-    pub dt_s: f64,
-    /// Among which readings of the velocity it lies.
-    pub velocities: usize,
-    /// Mean heading, and by how much it changes, rad.
-    pub heading_rad: f64,
-    pub turned_rad: f64,
 }
 
 /// A fix with what was read about it.
@@ -74,21 +81,19 @@ pub(super) struct Leg {
 pub(super) struct Fix {
     pub t_s: f64,
     pub sequence: u32,
-    /// Legs before it.
-    pub legs: usize,
+    /// Among which readings it lies.
+    pub readings: usize,
     pub at_m: [f64; 2],
     pub truth_m: Option<[f64; 2]>,
     pub heading_rad: f64,
-    pub velocity_mps: [f64; 2],
     /// Way since the beginning of the log, m.
     pub distance_m: f64,
 }
 
-/// A log as legs and fixes.
+/// A log as readings and fixes.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Track {
-    pub velocities: Vec<Velocities>,
-    pub legs: Vec<Leg>,
+    pub readings: Vec<Readings>,
     pub fixes: Vec<Fix>,
     /// Beginning and end of each run, s.
     pub runs: Vec<[f64; 2]>,
@@ -154,8 +159,8 @@ pub(super) fn of(log: &Log, has_dvl: bool, truth: Option<&Truth>) -> Track {
     let start_us = log.rows.first().map_or(0, |row| row.time_us);
     let mut track = Track { held: held(log, has_dvl), ..Track::default() };
     let mut heading_rad: Option<f64> = None;
-    // Time, velocity and heading of the reading before.
-    let mut last: Option<(f64, [f64; 2], f64)> = None;
+    // Time and values of the reading before.
+    let mut last: Option<(f64, Reading)> = None;
     let (mut sequence, mut run, mut distance_m) = (0, None, 0.0);
     for row in &log.rows {
         let t_s = (row.time_us - start_us) as f64 * 1e-6;
@@ -171,38 +176,34 @@ pub(super) fn of(log: &Log, has_dvl: bool, truth: Option<&Truth>) -> Track {
         }
         heading_rad = row.get(Column::Heading).or(heading_rad);
         let is_held = track.held.iter().any(|[from_s, to_s]| (*from_s..=*to_s).contains(&t_s));
-        if let (Some(body), Some(psi), false) = (body(row, has_dvl), heading_rad, is_held) {
-            if let Some((before_s, before, psi_before)) = last {
-                let dt_s = t_s - before_s;
-                let turned_rad = wrap_angle(psi - psi_before);
-                if dt_s > LONGEST_GAP_S {
-                    sequence += 1;
-                } else if dt_s > 0.0 {
-                    let mean_mps = [0, 1].map(|axis| 0.5 * (before[axis] + body[axis]));
-                    let heading_rad = psi_before + 0.5 * turned_rad;
-                    distance_m += mean_mps[0].hypot(mean_mps[1]) * dt_s;
-                    let velocities = track.velocities.len().saturating_sub(1);
-                    track.legs.push(Leg { t_s, dt_s, velocities, heading_rad, turned_rad });
-                }
+        if let (Some([u, v]), Some(psi), false) = (body(row, has_dvl), heading_rad, is_held) {
+            let turned_rad = last.map_or(0.0, |(_, [.., before])| wrap_angle(psi - before));
+            let read = [u, v, last.map_or(psi, |(_, [.., before])| before + turned_rad)];
+            let since_s = last.map(|(before_s, _)| t_s - before_s);
+            if since_s.is_some_and(|dt_s| dt_s > LONGEST_GAP_S) {
+                sequence += 1;
             }
-            if last.is_none_or(|(before_s, ..)| t_s - before_s > LONGEST_GAP_S) {
-                track.velocities.push(Velocities::default());
+            if since_s.is_none_or(|dt_s| dt_s > LONGEST_GAP_S) {
+                track.readings.push(Readings::default());
+            } else if let (Some((_, before)), Some(dt_s)) = (last, since_s) {
+                let mean_mps = [0, 1].map(|axis| 0.5 * (before[axis] + read[axis]));
+                distance_m += mean_mps[0].hypot(mean_mps[1]) * dt_s;
             }
-            if let Some(velocities) = track.velocities.last_mut()
-                && last.is_none_or(|(before_s, ..)| t_s > before_s)
+            if let Some(readings) = track.readings.last_mut()
+                && since_s.is_none_or(|dt_s| dt_s > 0.0)
             {
-                velocities.push(t_s, body);
+                readings.push(t_s, read);
             }
-            last = Some((t_s, body, psi));
+            last = Some((t_s, read));
         }
-        let (Some(at_m), Some((at_s, velocity_mps, heading_rad))) = (row.gnss_m(), last) else { continue };
+        let (Some(at_m), Some((at_s, [.., heading_rad]))) = (row.gnss_m(), last) else { continue };
         let is_soon = track.fixes.last().is_some_and(|fix| fix.sequence == sequence && t_s - fix.t_s < APART_S);
         if t_s - at_s >= LONGEST_GAP_S || is_soon {
             continue;
         }
         let truth_m = truth.and_then(|truth| truth.at(row.time_us)).map(|row| [row.state[0], row.state[1]]);
-        let legs = track.legs.len();
-        track.fixes.push(Fix { t_s, sequence, legs, at_m, truth_m, heading_rad, velocity_mps, distance_m });
+        let readings = track.readings.len().saturating_sub(1);
+        track.fixes.push(Fix { t_s, sequence, readings, at_m, truth_m, heading_rad, distance_m });
     }
     track
 }
