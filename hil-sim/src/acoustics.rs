@@ -138,7 +138,7 @@ impl Acoustics {
             // Drawn for every packet, lost or not, so that one loss does not change the next error.
             let errors = self.noise.normals::<2>(1.0);
             let outlier_m = self.outlier();
-            let lost = self.loss.uniform() < self.settings.loss_share;
+            let lost = self.is_lost(seconds(time_us));
             let flight = self.flight(slot.exchange, time_us, errors, vehicle, ship, estimator);
             if let Some(flight) = flight.filter(|_| !lost) {
                 self.flights.push(PacketFlight { outlier_m, ..flight });
@@ -175,8 +175,8 @@ impl Acoustics {
         // as in `launch`, drawn for every packet
         let errors = self.noise.normals::<2>(1.0);
         let outlier_m = self.outlier();
-        let lost = self.loss.uniform() < self.settings.loss_share;
         let left_s = seconds(tol_us);
+        let lost = self.is_lost(left_s);
         let flight = match exchange {
             Exchange::Downlink => {
                 let kind = FlightKind::Downlink { tol_us, ship_velocity_mps: ship.at(left_s).velocity_mps, report };
@@ -192,6 +192,12 @@ impl Acoustics {
         if let Some(flight) = flight.filter(|_| !lost) {
             self.flights.push(PacketFlight { outlier_m, ..flight });
         }
+    }
+
+    /// Whether a packet that leaves then is never heard; drawn for each.
+    fn is_lost(&mut self, left_s: f64) -> bool {
+        let is_missed = self.loss.uniform() < self.settings.loss_share;
+        is_missed || self.settings.until_s.is_some_and(|until_s| left_s >= until_s)
     }
 
     /// What is detected instead of the direct path, for a share of the packets, m: mostly a later path, sometimes an

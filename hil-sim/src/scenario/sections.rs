@@ -175,6 +175,8 @@ settings! {
         packet_duration_s: f64 as "quantity::delay" = 3.6,
         /// Share of packets that are lost.
         loss_share: f64 as "quantity::share" = 0.0,
+        /// The ship leaves: packets sent from this time on are not heard, s.
+        until_s: Option<f64> as "quantity::duration" = None,
         /// Paths longer than this are never heard, m.
         max_range_m: f64 as "quantity::positive" = 3000.0,
         /// Time the ship takes to answer a ping, s.

@@ -50,9 +50,7 @@ pub fn all(length_m: f64, has_dvl: bool) -> Vec<Injection> {
     for delay_s in [0.3, 0.8, 1.5, 4.0] {
         add("gnss_delay", &[("s", delay_s)], false);
         add("heading_lag", &[("s", delay_s)], false);
-        if has_dvl {
-            add("dvl_delay", &[("s", delay_s)], false);
-        }
+        add("dvl_delay", &[("s", delay_s)], false);
     }
     if has_dvl {
         for (name, share) in [("x_m", 0.5), ("y_m", -0.4)] {
@@ -134,6 +132,7 @@ impl Injection {
         let heading = Series::of(log, &[Column::Heading], true);
         let fixes = Series::of(log, &[Column::GpsX, Column::GpsY], false);
         let velocity = Series::of(log, &[Column::DvlU, Column::DvlV, Column::DvlW], false);
+        let speed = Series::of(log, &[Column::SpeedLog], false);
         let late_s = self.size("s");
         let mut changed = log.clone();
         for row in changed.rows.iter_mut().filter(|row| row.time_us >= from_us) {
@@ -170,6 +169,7 @@ impl Injection {
                 }
                 Some("dvl_delay") => {
                     set(row, [Column::DvlU, Column::DvlV, Column::DvlW], velocity.at(t_s - late_s));
+                    set(row, [Column::SpeedLog], speed.at(t_s - late_s));
                 }
                 Some("dvl_lever_arm") => {
                     let turn = |at_s: f64| heading.at(at_s).map_or(0.0, |[psi, ..]| psi);
@@ -280,6 +280,8 @@ mod tests {
         // Late fixes are where the vehicle was.
         let (injection, late) = put("gnss_delay", 2);
         assert!((at(&late, 50, Column::GpsY) - (100.0 - 2.0 * injection.size("s"))).abs() < 1e-9);
+        // A logged speed of 2 m/s that never changes is no other late.
+        assert_eq!(put("dvl_delay", 3).1.rows, log().rows);
         // An antenna a metre ahead of the centre is a metre east.
         let (_, arm) = put("gnss_lever_arm", 0);
         assert!((at(&arm, 50, Column::GpsY) - 101.0).abs() < 1e-9);
