@@ -4,6 +4,7 @@
 use super::entries::{ENTRIES, Entry};
 use super::fitted::Fitted;
 use super::numbers::{Numbers, Parameter, alike, difference, t_quantile};
+use super::timing::{self, Timing};
 use super::torque::{DELAY, EFFECT as TORQUE, Torque};
 use super::{configurations, textbook};
 use backseat_identify::short_runs::predict::{Squares, open_loop};
@@ -98,10 +99,9 @@ pub fn diagnose(
     let (vehicle, mut notes) = textbook::calibrated(declared, &runs);
     let base = Draft::of(&vehicle, configurations.len());
     let textbook_models = base.models().map_err(|error| error.to_string())?;
-    let problem = |effects: &[&'static str], torque: Option<&Torque>, starts: Starts| {
+    let of_these = |effects: &[&'static str], starts: Starts| {
         let mut unknowns = coefficients();
         effects.iter().for_each(|effect| unknowns.extend(of_effect(effect, configurations.len())));
-        torque.iter().for_each(|torque| unknowns.iter_mut().for_each(|unknown| torque.inform(unknown, &base)));
         Problem { runs: &runs, base: base.clone(), unknowns, starts }
     };
     let all = |_: usize| true;
@@ -110,7 +110,21 @@ pub fn diagnose(
     let asked = kept.iter().map(|effect| of_effect(effect, configurations.len()).len()).sum();
     progress("all effects");
     // with open starts alone the scale of the moments can end far off; from a fit that is held to its starts it does not
-    let held = fitted(problem(&kept, None, Starts::Held), None, &all)?;
+    let held = fitted(of_these(&kept, Starts::Held), None, &all)?;
+    let within_rows: Vec<&'static str> =
+        kept.iter().copied().filter(|effect| !timing::NOT_TOLD.contains(effect)).collect();
+    let mut of_rows = of_these(&within_rows, Starts::Rows);
+    of_rows.base.dvl.delay_s = held.draft().dvl.delay_s;
+    let rows = fitted_over(&[timing::LENGTH_S], of_rows, held.start(), &all)?;
+    let timing = Timing::of(&rows);
+    let problem = |effects: &[&'static str], torque: Option<&Torque>, starts: Starts| {
+        let mut problem = of_these(effects, starts);
+        for unknown in &mut problem.unknowns {
+            timing.inform(unknown);
+            torque.iter().for_each(|torque| torque.inform(unknown, &base));
+        }
+        problem
+    };
     let mut selected = fitted(problem(&kept, None, Starts::Open), held.start(), &all)?;
     let used = selected.fit.runs();
     if used.len() < FEWEST_RUNS {
@@ -196,7 +210,7 @@ pub fn diagnose(
         steps.push(held_out(name, &runs, of_step.as_ref().unwrap_or(&flying)));
     }
 
-    let numbers = Numbers::new(&selected, &configurations, asked);
+    let numbers = Numbers::new(&selected, &configurations, asked, &timing);
     let found: Vec<Found> = order
         .iter()
         .filter_map(|effect| {
@@ -267,13 +281,22 @@ fn fitted<'a>(
     start: Option<(&[Unknown], &[f64])>,
     is_used: &(dyn Fn(usize) -> bool + Sync),
 ) -> Result<Fitted<'a>, String> {
+    fitted_over(if start.is_some() { &LENGTHS_S[2..] } else { &LENGTHS_S[..] }, problem, start, is_used)
+}
+
+/// The same over windows of these lengths in turn.
+fn fitted_over<'a>(
+    lengths_s: &[f64],
+    problem: Problem<'a>,
+    start: Option<(&[Unknown], &[f64])>,
+    is_used: &(dyn Fn(usize) -> bool + Sync),
+) -> Result<Fitted<'a>, String> {
     let from = |unknown: &Unknown| {
         let (known, values) = start?;
         known.iter().position(|other| other.name == unknown.name).map(|place| values[place])
     };
     let value = |unknown: &Unknown| from(unknown).unwrap_or_else(|| unknown.first_guess());
     let values: Vec<f64> = problem.unknowns.iter().map(value).collect();
-    let lengths_s = if start.is_some() { &LENGTHS_S[2..] } else { &LENGTHS_S[..] };
     let fit = problem.fit(is_used, &values, lengths_s);
     let fit = fit.ok_or("no run is deeper than 0.5 m at speed for 3 s, or the fit does not converge")?;
     Ok(Fitted { problem, fit })
