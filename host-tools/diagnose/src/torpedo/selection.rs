@@ -18,7 +18,7 @@ use rayon::prelude::*;
 /// Horizons of the predictions, s.
 pub const HORIZONS_S: [f64; 3] = [5.0, 10.0, 20.0];
 /// Lengths of the windows as the fit proceeds: short ones converge from afar.
-const LENGTHS_S: [f64; 3] = [5.0, 10.0, 20.0];
+pub(super) const LENGTHS_S: [f64; 3] = [5.0, 10.0, 20.0];
 /// Fewer runs say nothing of how far a value differs from run to run.
 const FEWEST_RUNS: usize = 4;
 /// Prior's share of the information from which a value is the prior's.
@@ -276,7 +276,7 @@ pub fn diagnose(
 }
 
 /// Fits from the values of the same unknowns in another fit, or from the prior.
-fn fitted<'a>(
+pub(super) fn fitted<'a>(
     problem: Problem<'a>,
     start: Option<(&[Unknown], &[f64])>,
     is_used: &(dyn Fn(usize) -> bool + Sync),

@@ -30,6 +30,8 @@ const STARTS: usize = OPEN.len();
 const HELD: f64 = 0.3;
 /// Steps of the iteration at each length.
 const STEPS: usize = 60;
+/// Steps of the starts alone.
+const SETTLING: usize = 3;
 /// Attempts at a step, each shorter than the last.
 const ATTEMPTS: usize = 10;
 /// A step that gains less than this share ends it.
@@ -144,6 +146,28 @@ impl Problem<'_> {
         let prior_share = (0..values.len()).map(|i| (covariance[(i, i)] / by_prior[(i, i)]).clamp(0.0, 1.0)).collect();
         let values = values.iter().copied().collect();
         Some(Fit { values, covariance, prior_share, cost, information: normal, parts })
+    }
+
+    /// Covariance by the information at some values: starts are settled there, the values stay.
+    #[must_use]
+    pub fn covariance_at(
+        &self,
+        is_used: &(dyn Fn(usize) -> bool + Sync),
+        values: &[f64],
+        length_s: f64,
+    ) -> Option<DMatrix<f64>> {
+        let values = DVector::from_column_slice(values);
+        let mut shots = self.shots(is_used, length_s);
+        let models = self.models_around(&values)?;
+        for _ in 0..SETTLING {
+            shots.par_iter_mut().for_each(|shot| {
+                let at = self.evaluate(&models, shot);
+                shot.deviation += at.inverse * at.start_gradient;
+            });
+        }
+        let parts = self.parts(&values, &shots)?;
+        let normal = parts.iter().fold(self.precision(), |sum, part| sum + &part.normal);
+        Some(normal.cholesky()?.inverse())
     }
 
     fn prior(&self) -> DVector<f64> {
