@@ -44,7 +44,8 @@ pub struct Step {
     pub name: String,
     /// Cost of the fit.
     pub cost: Option<f64>,
-    /// Squares of each run at each horizon, predicted by a fit without it.
+    /// Squares of each run at each horizon, predicted by a fit without it; before the whole model by one step of Gauss-Newton
+    /// from the fit to all.
     pub held_out: Vec<[Squares; HORIZONS_S.len()]>,
 }
 
@@ -207,7 +208,8 @@ pub fn diagnose(
         } else {
             Some(fitted(problem(&flown[..count], shown, Starts::Held), flying.start(), &all)?)
         };
-        steps.push(held_out(name, &runs, of_step.as_ref().unwrap_or(&flying)));
+        let fits = if of_step.is_none() { LeftOut::Fitted } else { LeftOut::OneStep };
+        steps.push(held_out(name, &runs, of_step.as_ref().unwrap_or(&flying), fits));
     }
 
     let numbers = Numbers::new(&selected, &configurations, asked, &timing);
@@ -332,8 +334,17 @@ fn per_run(runs: &[Run], mut of: impl FnMut(usize, f64) -> Option<Vec<Squares>>)
     all
 }
 
+/// How a run is left out of a fit.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum LeftOut {
+    /// By a fit to the others.
+    Fitted,
+    /// By one step of Gauss-Newton from the fit to all.
+    OneStep,
+}
+
 /// Predictions of each run by a fit without it.
-fn held_out(name: String, runs: &[Run], selected: &Fitted<'_>) -> Step {
+fn held_out(name: String, runs: &[Run], selected: &Fitted<'_>, left_out: LeftOut) -> Step {
     let wanted = Wanted { depth_m: 0.5, powered: true, speed_mps: 0.0 };
     let mut used: Vec<usize> =
         windows(runs, wanted, HORIZONS_S[0], HORIZONS_S[0]).iter().map(|window| window.run).collect();
@@ -341,7 +352,11 @@ fn held_out(name: String, runs: &[Run], selected: &Fitted<'_>) -> Step {
     let each: Vec<(usize, [Squares; HORIZONS_S.len()])> = used
         .par_iter()
         .map(|&run| {
-            let fit = selected.problem.fit(&|other| other != run, &selected.fit.values, &LENGTHS_S[2..]);
+            let others = |other: usize| other != run;
+            let fit = match left_out {
+                LeftOut::Fitted => selected.problem.fit(&others, &selected.fit.values, &LENGTHS_S[2..]),
+                LeftOut::OneStep => None,
+            };
             let values = fit.map_or_else(|| selected.fit.without(run), |fit| fit.values);
             let draft = selected.problem.base.with(&selected.problem.unknowns, &values);
             let squares = HORIZONS_S.map(|horizon_s| {
