@@ -210,7 +210,8 @@ fn predictions(d: &TorpedoDiagnosis, configuration: usize, horizon: usize) -> Ta
         .map(|(_, squares)| squares[horizon].windows)
         .sum();
     let caption = format!(
-        "{}: open-loop predictions of {:.0} s, root mean square over {count} windows of runs that the fit had not",
+        "{}: open-loop predictions of {:.0} s, root mean square over {count} windows of runs that the fit had not (the last \
+         model fitted without each run, those before it a step away from the fit to all)",
         d.configurations[configuration].name, HORIZONS_S[horizon]
     );
     d.steps.iter().fold(Table::new(caption, &header), |table, step| {
@@ -347,7 +348,10 @@ fn values(report: Report, result: &RunsResult) -> Report {
         .value("proposed_terms", Vec::<Value>::new())
         .value("not_shown", json!(d.not_shown))
         .value("coefficients", d.coefficients.iter().map(|one| (one.name.clone(), number(one))).collect::<Map<_, _>>())
-        .value("held_out", "each run by a fit to the other runs")
+        .value(
+            "held_out",
+            "each run by a fit to the other runs; before the whole model by one step from the fit to all",
+        )
         .value("models", steps)
         .value("stops", d.torque.as_ref().map(stops_value))
         .value("drift_share", drift_value(&result.drifts))
@@ -455,7 +459,7 @@ pub fn predict(read: &ReadLog, declared: Option<&VehicleFile>, horizon_s: f64) -
     notes.extend(predicted.notes);
     notes.push(
         "the measured state: attitude of the row, rates by central differences over the rows beside it, depth of the rows \
-         within 1.05 s, DVL readings of the last 1.3 s and its delay; nothing later than 1.05 s after the start"
+         within 1.05 s, DVL readings of the last 1.3 s and its delay (0.7 s at least); nothing later than 1.05 s after the start"
             .to_owned(),
     );
     let report = Report::new(format!("Predictions of {}", file_name(&read.log.path)), answer)

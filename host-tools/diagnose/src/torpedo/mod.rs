@@ -5,6 +5,7 @@
 //! configurations   which runs were flown alike         carry       navigation without the DVL, judged by it
 //! textbook         the model before anything is fitted      torque     the propeller's, by stops of the motor
 //! fitted           a model, and what of it is needed         numbers    of an effect, and which are a finding
+//! timing           when commands act, by the next rows           separable  how well effects could be told at all
 //! ```
 
 pub mod carry;
@@ -13,7 +14,9 @@ pub mod entries;
 mod fitted;
 mod numbers;
 mod selection;
+pub mod separable;
 mod textbook;
+mod timing;
 mod torque;
 
 pub use numbers::{Parameter, t_quantile};

@@ -5,6 +5,7 @@
 
 use super::entries::{Entry, MOTOR_STOP};
 use super::fitted::Fitted;
+use super::timing::Timing;
 use backseat_identify::short_runs::unknowns::{Place, open_moment};
 use backseat_logs::short_runs::{COMMON, Configuration, OF_CONFIGURATION};
 use backseat_logs::stats::f_tail;
@@ -57,16 +58,29 @@ pub fn t_quantile(degrees: usize) -> f64 {
 pub(super) struct Numbers<'a> {
     fitted: &'a Fitted<'a>,
     configurations: &'a [Configuration],
+    values: Vec<f64>,
     sigmas: Vec<f64>,
+    prior_shares: Vec<f64>,
     degrees: usize,
     /// How many numbers were asked.
     asked: usize,
 }
 
 impl<'a> Numbers<'a> {
-    pub(super) fn new(fitted: &'a Fitted<'a>, configurations: &'a [Configuration], asked: usize) -> Self {
-        let (sigmas, degrees) = (fitted.fit.sigmas(), fitted.fit.degrees());
-        Self { fitted, configurations, sigmas, degrees, asked }
+    pub(super) fn new(
+        fitted: &'a Fitted<'a>,
+        configurations: &'a [Configuration],
+        asked: usize,
+        timing: &Timing,
+    ) -> Self {
+        let fit = &fitted.fit;
+        let (mut values, mut sigmas, mut prior_shares) = (fit.values.clone(), fit.sigmas(), fit.prior_share.clone());
+        for (place, unknown) in fitted.problem.unknowns.iter().enumerate() {
+            if let Some(known) = timing.known(unknown) {
+                [values[place], sigmas[place], prior_shares[place]] = known;
+            }
+        }
+        Self { fitted, configurations, values, sigmas, prior_shares, degrees: fit.degrees(), asked }
     }
 
     /// Of one value.
@@ -86,7 +100,7 @@ impl<'a> Numbers<'a> {
             Place::DvlScale => ("1", 0.0, base.dvl.scale),
             _ => ("1", 0.0, 0.0),
         };
-        let value = declared + self.fitted.fit.values[place];
+        let value = declared + self.values[place];
         let open = self.open(place).map(|open| none + open);
         self.parameter(unknown.name.clone(), unit, [value, self.sigmas[place]], open, place)
     }
@@ -114,7 +128,7 @@ impl<'a> Numbers<'a> {
         let half = t_quantile(self.degrees) * sigma;
         let outside = (open[0] - value).max(value - open[1]).max(0.0) / sigma;
         let p_value = f_tail(outside * outside, 1.0, self.degrees as f64) * self.asked as f64;
-        let prior_share = self.fitted.fit.prior_share[place];
+        let prior_share = self.prior_shares[place];
         Parameter {
             name,
             unit,
@@ -136,8 +150,7 @@ impl<'a> Numbers<'a> {
         for (term, of_term) in OF_CONFIGURATION.iter().enumerate() {
             for configuration in 1..self.configurations.len() {
                 let (Some(first), Some(other)) = (place_of(term, 0), place_of(term, configuration)) else { continue };
-                let values = &self.fitted.fit.values;
-                let value = values[other] - values[first];
+                let value = self.values[other] - self.values[first];
                 let sigma = self.fitted.fit.sigma_of(&[(other, 1.0), (first, -1.0)]);
                 let [name, first_name] = [configuration, 0].map(|place| &self.configurations[place].name);
                 let name = difference(of_term.name, name, first_name);

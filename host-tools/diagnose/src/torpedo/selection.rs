@@ -4,6 +4,7 @@
 use super::entries::{ENTRIES, Entry};
 use super::fitted::Fitted;
 use super::numbers::{Numbers, Parameter, alike, difference, t_quantile};
+use super::timing::{self, Timing};
 use super::torque::{DELAY, EFFECT as TORQUE, Torque};
 use super::{configurations, textbook};
 use backseat_identify::short_runs::predict::{Squares, open_loop};
@@ -17,7 +18,7 @@ use rayon::prelude::*;
 /// Horizons of the predictions, s.
 pub const HORIZONS_S: [f64; 3] = [5.0, 10.0, 20.0];
 /// Lengths of the windows as the fit proceeds: short ones converge from afar.
-const LENGTHS_S: [f64; 3] = [5.0, 10.0, 20.0];
+pub(super) const LENGTHS_S: [f64; 3] = [5.0, 10.0, 20.0];
 /// Fewer runs say nothing of how far a value differs from run to run.
 const FEWEST_RUNS: usize = 4;
 /// Prior's share of the information from which a value is the prior's.
@@ -43,7 +44,8 @@ pub struct Step {
     pub name: String,
     /// Cost of the fit.
     pub cost: Option<f64>,
-    /// Squares of each run at each horizon, predicted by a fit without it.
+    /// Squares of each run at each horizon, predicted by a fit without it; before the whole model by one step of Gauss-Newton
+    /// from the fit to all.
     pub held_out: Vec<[Squares; HORIZONS_S.len()]>,
 }
 
@@ -98,10 +100,9 @@ pub fn diagnose(
     let (vehicle, mut notes) = textbook::calibrated(declared, &runs);
     let base = Draft::of(&vehicle, configurations.len());
     let textbook_models = base.models().map_err(|error| error.to_string())?;
-    let problem = |effects: &[&'static str], torque: Option<&Torque>, starts: Starts| {
+    let of_these = |effects: &[&'static str], starts: Starts| {
         let mut unknowns = coefficients();
         effects.iter().for_each(|effect| unknowns.extend(of_effect(effect, configurations.len())));
-        torque.iter().for_each(|torque| unknowns.iter_mut().for_each(|unknown| torque.inform(unknown, &base)));
         Problem { runs: &runs, base: base.clone(), unknowns, starts }
     };
     let all = |_: usize| true;
@@ -110,7 +111,21 @@ pub fn diagnose(
     let asked = kept.iter().map(|effect| of_effect(effect, configurations.len()).len()).sum();
     progress("all effects");
     // with open starts alone the scale of the moments can end far off; from a fit that is held to its starts it does not
-    let held = fitted(problem(&kept, None, Starts::Held), None, &all)?;
+    let held = fitted(of_these(&kept, Starts::Held), None, &all)?;
+    let within_rows: Vec<&'static str> =
+        kept.iter().copied().filter(|effect| !timing::NOT_TOLD.contains(effect)).collect();
+    let mut of_rows = of_these(&within_rows, Starts::Rows);
+    of_rows.base.dvl.delay_s = held.draft().dvl.delay_s;
+    let rows = fitted_over(&[timing::LENGTH_S], of_rows, held.start(), &all)?;
+    let timing = Timing::of(&rows);
+    let problem = |effects: &[&'static str], torque: Option<&Torque>, starts: Starts| {
+        let mut problem = of_these(effects, starts);
+        for unknown in &mut problem.unknowns {
+            timing.inform(unknown);
+            torque.iter().for_each(|torque| torque.inform(unknown, &base));
+        }
+        problem
+    };
     let mut selected = fitted(problem(&kept, None, Starts::Open), held.start(), &all)?;
     let used = selected.fit.runs();
     if used.len() < FEWEST_RUNS {
@@ -193,10 +208,11 @@ pub fn diagnose(
         } else {
             Some(fitted(problem(&flown[..count], shown, Starts::Held), flying.start(), &all)?)
         };
-        steps.push(held_out(name, &runs, of_step.as_ref().unwrap_or(&flying)));
+        let fits = if of_step.is_none() { LeftOut::Fitted } else { LeftOut::OneStep };
+        steps.push(held_out(name, &runs, of_step.as_ref().unwrap_or(&flying), fits));
     }
 
-    let numbers = Numbers::new(&selected, &configurations, asked);
+    let numbers = Numbers::new(&selected, &configurations, asked, &timing);
     let found: Vec<Found> = order
         .iter()
         .filter_map(|effect| {
@@ -262,7 +278,17 @@ pub fn diagnose(
 }
 
 /// Fits from the values of the same unknowns in another fit, or from the prior.
-fn fitted<'a>(
+pub(super) fn fitted<'a>(
+    problem: Problem<'a>,
+    start: Option<(&[Unknown], &[f64])>,
+    is_used: &(dyn Fn(usize) -> bool + Sync),
+) -> Result<Fitted<'a>, String> {
+    fitted_over(if start.is_some() { &LENGTHS_S[2..] } else { &LENGTHS_S[..] }, problem, start, is_used)
+}
+
+/// The same over windows of these lengths in turn.
+fn fitted_over<'a>(
+    lengths_s: &[f64],
     problem: Problem<'a>,
     start: Option<(&[Unknown], &[f64])>,
     is_used: &(dyn Fn(usize) -> bool + Sync),
@@ -273,7 +299,6 @@ fn fitted<'a>(
     };
     let value = |unknown: &Unknown| from(unknown).unwrap_or_else(|| unknown.first_guess());
     let values: Vec<f64> = problem.unknowns.iter().map(value).collect();
-    let lengths_s = if start.is_some() { &LENGTHS_S[2..] } else { &LENGTHS_S[..] };
     let fit = problem.fit(is_used, &values, lengths_s);
     let fit = fit.ok_or("no run is deeper than 0.5 m at speed for 3 s, or the fit does not converge")?;
     Ok(Fitted { problem, fit })
@@ -309,8 +334,17 @@ fn per_run(runs: &[Run], mut of: impl FnMut(usize, f64) -> Option<Vec<Squares>>)
     all
 }
 
+/// How a run is left out of a fit.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum LeftOut {
+    /// By a fit to the others.
+    Fitted,
+    /// By one step of Gauss-Newton from the fit to all.
+    OneStep,
+}
+
 /// Predictions of each run by a fit without it.
-fn held_out(name: String, runs: &[Run], selected: &Fitted<'_>) -> Step {
+fn held_out(name: String, runs: &[Run], selected: &Fitted<'_>, left_out: LeftOut) -> Step {
     let wanted = Wanted { depth_m: 0.5, powered: true, speed_mps: 0.0 };
     let mut used: Vec<usize> =
         windows(runs, wanted, HORIZONS_S[0], HORIZONS_S[0]).iter().map(|window| window.run).collect();
@@ -318,7 +352,11 @@ fn held_out(name: String, runs: &[Run], selected: &Fitted<'_>) -> Step {
     let each: Vec<(usize, [Squares; HORIZONS_S.len()])> = used
         .par_iter()
         .map(|&run| {
-            let fit = selected.problem.fit(&|other| other != run, &selected.fit.values, &LENGTHS_S[2..]);
+            let others = |other: usize| other != run;
+            let fit = match left_out {
+                LeftOut::Fitted => selected.problem.fit(&others, &selected.fit.values, &LENGTHS_S[2..]),
+                LeftOut::OneStep => None,
+            };
             let values = fit.map_or_else(|| selected.fit.without(run), |fit| fit.values);
             let draft = selected.problem.base.with(&selected.problem.unknowns, &values);
             let squares = HORIZONS_S.map(|horizon_s| {

@@ -4,7 +4,7 @@
 //! the runs do not show stays at the textbook's value. Errors of a prediction are not independent from row to row: their
 //! information is divided by `CORRELATED` rows.
 
-use super::model::{Dvl, RunModel};
+use super::model::RunModel;
 use super::predict::{CHANNELS, errors};
 use super::recording::{Run, Wanted, Window, windows};
 use super::start::{OPEN, measured_state, moved, open};
@@ -20,11 +20,18 @@ const SIGMA: [f64; CHANNELS.len()] = [0.035, 0.026, 0.06, 0.20, 0.08, 0.10];
 const HUBER: f64 = 2.5;
 /// Rows that make one independent error: windows overlap, and errors persist for a second or two.
 const CORRELATED: f64 = 6.0;
+/// The same two of the next few rows.
+const SIGMA_OF_ROWS: [f64; CHANNELS.len()] = [0.010, 0.004, 0.004, 0.06, 0.08, 0.10];
+const CORRELATED_ROWS: f64 = 3.0;
+/// One sigma of a start that the rows tell, in the order of [`OPEN`].
+const OF_ROWS: [f64; STARTS] = [0.05, 0.05, 0.05, 0.3, 0.1, 0.1, 0.1, 0.3, 0.1, 0.1];
 const STARTS: usize = OPEN.len();
 /// Share of what is open of a start where it is to be held.
 const HELD: f64 = 0.3;
 /// Steps of the iteration at each length.
 const STEPS: usize = 60;
+/// Steps of the starts alone.
+const SETTLING: usize = 3;
 /// Attempts at a step, each shorter than the last.
 const ATTEMPTS: usize = 10;
 /// A step that gains less than this share ends it.
@@ -37,6 +44,18 @@ pub enum Starts {
     Open,
     /// Hardly move them: the values are those that predict best from a start that is measured, and make up for its errors.
     Held,
+    /// Take them from the rows of the window: over a few seconds these tell when something happens.
+    Rows,
+}
+
+impl Starts {
+    /// One sigma of each channel, and how many rows make one independent error: errors persist for a second or two.
+    const fn noise(self) -> ([f64; CHANNELS.len()], f64) {
+        match self {
+            Self::Open | Self::Held => (SIGMA, CORRELATED),
+            Self::Rows => (SIGMA_OF_ROWS, CORRELATED_ROWS),
+        }
+    }
 }
 
 /// What is fitted to which runs.
@@ -118,13 +137,37 @@ impl Problem<'_> {
             last = Some(self.iterate(&mut values, &mut shots)?);
             at_end = shots;
         }
-        let (normal, cost) = last?;
+        let cost = last?;
+        // all at the last values: what a run says is part of what all say
+        let parts = self.parts(&values, &at_end)?;
+        let normal = parts.iter().fold(self.precision(), |sum, part| sum + &part.normal);
         let covariance = normal.clone().cholesky()?.inverse();
         let by_prior = self.precision().cholesky()?.inverse();
         let prior_share = (0..values.len()).map(|i| (covariance[(i, i)] / by_prior[(i, i)]).clamp(0.0, 1.0)).collect();
-        let parts = self.parts(&values, &at_end)?;
         let values = values.iter().copied().collect();
         Some(Fit { values, covariance, prior_share, cost, information: normal, parts })
+    }
+
+    /// Covariance by the information at some values: starts are settled there, the values stay.
+    #[must_use]
+    pub fn covariance_at(
+        &self,
+        is_used: &(dyn Fn(usize) -> bool + Sync),
+        values: &[f64],
+        length_s: f64,
+    ) -> Option<DMatrix<f64>> {
+        let values = DVector::from_column_slice(values);
+        let mut shots = self.shots(is_used, length_s);
+        let models = self.models_around(&values)?;
+        for _ in 0..SETTLING {
+            shots.par_iter_mut().for_each(|shot| {
+                let at = self.evaluate(&models, shot);
+                shot.deviation += at.inverse * at.start_gradient;
+            });
+        }
+        let parts = self.parts(&values, &shots)?;
+        let normal = parts.iter().fold(self.precision(), |sum, part| sum + &part.normal);
+        Some(normal.cholesky()?.inverse())
     }
 
     fn prior(&self) -> DVector<f64> {
@@ -173,31 +216,27 @@ impl Problem<'_> {
         let used = windows.into_iter().filter(|window| is_used(window.run));
         used.map(|window| Shot {
             window,
-            measured: measured_state(
-                &self.runs[window.run],
-                window.first,
-                &Dvl { delay_s: self.base.dvl.delay_s.max(0.7), ..self.base.dvl },
-            ),
+            measured: measured_state(&self.runs[window.run], window.first, &self.base.dvl),
             open: match self.starts {
                 Starts::Open => open(&self.runs[window.run], window.first),
                 Starts::Held => OPEN.map(|(_, sigma)| HELD * sigma),
+                Starts::Rows => OF_ROWS,
             },
             deviation: SVector::zeros(),
         })
         .collect()
     }
 
-    /// Steps until the cost settles; the normal matrix and the cost at the end.
-    fn iterate(&self, values: &mut DVector<f64>, shots: &mut [Shot]) -> Option<(DMatrix<f64>, f64)> {
+    /// Steps until the cost settles; the cost at the end.
+    fn iterate(&self, values: &mut DVector<f64>, shots: &mut [Shot]) -> Option<f64> {
         let count = self.unknowns.len();
         let (precision, prior) = (self.precision(), self.prior());
         let mut damping = 1e-2;
         let mut cost = self.cost(values, shots, None)?;
-        let mut normal = DMatrix::zeros(count, count);
         for _ in 0..STEPS {
             let models = self.models_around(values)?;
             let evaluated: Vec<Evaluated> = shots.par_iter().map(|shot| self.evaluate(&models, shot)).collect();
-            normal = DMatrix::zeros(count, count);
+            let mut normal = DMatrix::zeros(count, count);
             let mut gradient = DVector::zeros(count);
             for part in &evaluated {
                 let (of_window, by_window) = part.reduced();
@@ -236,7 +275,7 @@ impl Problem<'_> {
                 break;
             }
         }
-        Some((normal, cost))
+        Some(cost)
     }
 
     fn models(&self, values: &[f64]) -> Option<Vec<RunModel>> {
@@ -267,19 +306,23 @@ impl Problem<'_> {
     fn residuals(&self, models: &[RunModel], shot: &Shot, deviation: &SVector<f64, STARTS>) -> Vec<f64> {
         let run = &self.runs[shot.window.run];
         let model = models.get(run.configuration).unwrap_or(&models[0]);
-        let readings = model.predict(run, shot.window, &moved(&shot.measured, deviation.as_slice()));
+        // a DVL that reads too much has begun too fast as well
+        let surge_factor = (1.0 + self.base.dvl.scale) / (1.0 + model.dvl().scale);
+        let readings = model.predict(run, shot.window, &moved(&shot.measured, surge_factor, deviation.as_slice()));
+        let (sigma, _) = self.starts.noise();
         errors(run, shot.window, &readings)
             .iter()
-            .flat_map(|row| row.iter().zip(SIGMA).map(|(error, sigma)| error.map_or(0.0, |error| error / sigma)))
+            .flat_map(|row| row.iter().zip(sigma).map(|(error, sigma)| error.map_or(0.0, |error| error / sigma)))
             .collect()
     }
 
     fn evaluate(&self, models: &Around, shot: &Shot) -> Evaluated {
         interrupt::check();
         let (here, moved) = models;
+        let (_, correlated) = self.starts.noise();
         let residual = self.residuals(here, shot, &shot.deviation);
         let rows = residual.len();
-        let weights: Vec<f64> = residual.iter().map(|r| HUBER / r.abs().max(HUBER) / CORRELATED).collect();
+        let weights: Vec<f64> = residual.iter().map(|r| HUBER / r.abs().max(HUBER) / correlated).collect();
         // columns of −∂r/∂(unknown): what the prediction gains
         let column = |other: &[f64], size: f64| -> Vec<f64> {
             residual.iter().zip(other).map(|(here, other)| (here - other) / size).collect()
@@ -322,6 +365,7 @@ impl Problem<'_> {
     /// Robust cost with the priors of unknowns and starts; `None` where the model is outside its ranges.
     fn cost(&self, values: &DVector<f64>, shots: &[Shot], deviations: Option<&[SVector<f64, STARTS>]>) -> Option<f64> {
         let models = self.models(values.as_slice())?;
+        let (_, correlated) = self.starts.noise();
         let each: Vec<f64> = shots
             .par_iter()
             .enumerate()
@@ -333,7 +377,7 @@ impl Problem<'_> {
                     .map(|r| if r.abs() <= HUBER { r * r } else { HUBER * (2.0 * r.abs() - HUBER) })
                     .sum();
                 let prior: f64 = shot.open.iter().zip(deviation.iter()).map(|(s, d)| (d / s).powi(2)).sum();
-                data / CORRELATED + prior
+                data / correlated + prior
             })
             .collect();
         let off = values - self.prior();

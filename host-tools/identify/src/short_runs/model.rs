@@ -1,6 +1,6 @@
 //! The board's dynamics with the terms of short runs, and what the sensors of such a run read.
 
-use super::recording::{Run, Window};
+use super::recording::{Run, RunSample, Window};
 use backseat_core::dynamics::{ActuatorInput, ParameterError, VehicleModel, VehicleParameters};
 use backseat_core::state::{P, PHI, PSI, Q, R, THETA, U, V, VehicleState, W, Z};
 use backseat_logs::short_runs::{COMMON, OF_CONFIGURATION};
@@ -110,23 +110,25 @@ impl RunModel {
     #[must_use]
     pub fn predict(&self, run: &Run, window: Window, start: &VehicleState) -> Vec<Option<Reading>> {
         let samples = &run.samples[window.first..=window.last];
-        let mut readings = Vec::with_capacity(samples.len());
         let mut trail: Vec<(f64, VehicleState)> = vec![(samples[0].t_s, *start)];
-        let mut x = *start;
-        let mut has_diverged = false;
-        for (place, sample) in samples.iter().enumerate() {
-            if place > 0 && !has_diverged {
-                for [from_s, to_s] in self.steps(run, [samples[place - 1].t_s, sample.t_s]) {
-                    x = self.step(&x, to_s - from_s, &self.input(run, 0.5 * (from_s + to_s)));
-                    trail.push((to_s, x));
-                }
-                let speed = x.fixed_rows::<3>(U).norm();
-                let rates = x.fixed_rows::<3>(P).norm();
-                has_diverged = !(x[THETA].abs() < MOST[0] && rates < MOST[1] && speed < MOST[2]);
+        let mut reached = samples.len();
+        for (place, pair) in samples.windows(2).enumerate() {
+            let mut x = trail[trail.len() - 1].1;
+            for [from_s, to_s] in self.steps(run, [pair[0].t_s, pair[1].t_s]) {
+                x = self.step(&x, to_s - from_s, &self.input(run, 0.5 * (from_s + to_s)));
+                trail.push((to_s, x));
             }
-            readings.push((!has_diverged).then(|| self.reading(run, &trail, sample.t_s)));
+            let speed = x.fixed_rows::<3>(U).norm();
+            let rates = x.fixed_rows::<3>(P).norm();
+            if !(x[THETA].abs() < MOST[0] && rates < MOST[1] && speed < MOST[2]) {
+                reached = place + 1;
+                break;
+            }
         }
-        readings
+        // after the integration: what is early is read from a state that comes after its row
+        let reading =
+            |(place, sample): (usize, &RunSample)| (place < reached).then(|| self.reading(run, &trail, sample.t_s));
+        samples.iter().enumerate().map(reading).collect()
     }
 
     /// Motion over a step with the attitude and rates that were measured at its start, not the model's own: what a
@@ -171,7 +173,7 @@ impl RunModel {
         }
         let depth_m = at(t_s)[Z];
         let dvl_s = t_s - self.dvl.delay_s;
-        let dvl_mps = (dvl_s >= trail[0].0 - 1e-9).then(|| self.dvl.reading(&at(dvl_s)));
+        let dvl_mps = (dvl_s >= trail[0].0 - SHORTEST_S && t_s > trail[0].0).then(|| self.dvl.reading(&at(dvl_s)));
         Reading { attitude_rad, depth_m, dvl_mps }
     }
 
@@ -220,15 +222,13 @@ fn interpolated_speed(run: &Run, t_s: f64) -> f64 {
     here.input.propeller_radps + share * (next.input.propeller_radps - here.input.propeller_radps)
 }
 
-/// The state at a time of a trail; its ends beyond.
+/// The state at a time of a trail; its start before it, and on along its last step after it.
 fn interpolated(trail: &[(f64, VehicleState)], t_s: f64) -> VehicleState {
-    let after = trail.partition_point(|(time_s, _)| *time_s <= t_s);
-    if after == 0 {
-        // before the start: back along its own motion is not known, the rates are those of the first step
+    let next = trail.partition_point(|(time_s, _)| *time_s <= t_s).min(trail.len() - 1);
+    if next == 0 {
         return trail[0].1;
     }
-    let (before_s, before) = &trail[after - 1];
-    let Some((next_s, next)) = trail.get(after) else { return *before };
+    let ((before_s, before), (next_s, after)) = (&trail[next - 1], &trail[next]);
     let share = (t_s - before_s) / (next_s - before_s);
-    before + (next - before) * share
+    before + (after - before) * share
 }

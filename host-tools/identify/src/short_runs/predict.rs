@@ -3,7 +3,7 @@
 use super::model::{Reading, RunModel};
 use super::recording::{Run, Wanted, Window, windows};
 use super::start::measured_state;
-use backseat_core::state::VehicleState;
+use backseat_core::state::{VehicleState, wrap_angle};
 
 /// What is predicted: name, factor from SI to its unit.
 pub const CHANNELS: [(&str, f64); 6] = [
@@ -29,7 +29,14 @@ pub fn errors(run: &Run, window: Window, readings: &[Option<Reading>]) -> Vec<[O
             };
             let attitude = |axis: usize| Some(sample.attitude_rad[axis] - reading.attitude_rad[axis]);
             let velocity = |axis: usize| Some(sample.dvl_mps?[axis] - reading.dvl_mps?[axis]);
-            [attitude(0), attitude(1), attitude(2), Some(sample.depth_m - reading.depth_m), velocity(0), velocity(1)]
+            [
+                attitude(0).map(wrap_angle),
+                attitude(1),
+                attitude(2),
+                Some(sample.depth_m - reading.depth_m),
+                velocity(0),
+                velocity(1),
+            ]
         })
         .collect()
 }

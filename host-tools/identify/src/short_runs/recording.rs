@@ -10,6 +10,8 @@ const PAUSE_S: f64 = 1.5;
 const POWERED_RADPS: f64 = 10.0;
 /// Deeper than this a vehicle has left the surface, m.
 const DIVED_M: f64 = 0.5;
+/// Steeper than this no torpedo is driven, and roll and heading are hardly told apart, rad.
+const STEEPEST_RAD: f64 = 1.2;
 /// Samples closer together than this are thinned out, s: no mode of a torpedo needs more, and the fit costs less.
 const THIN_S: f64 = 0.18;
 
@@ -143,6 +145,7 @@ pub fn stretches(run: &Run, wanted: Wanted) -> Vec<(usize, usize)> {
     for (index, sample) in run.samples.iter().enumerate() {
         speed_mps = sample.dvl_mps.map_or(speed_mps, |dvl| dvl[0].abs());
         let fits = sample.depth_m > wanted.depth_m
+            && sample.attitude_rad[1].abs() < STEEPEST_RAD
             && (!wanted.powered || sample.is_powered())
             && speed_mps >= wanted.speed_mps;
         let paused = index > 0 && sample.t_s - run.samples[index - 1].t_s > PAUSE_S;

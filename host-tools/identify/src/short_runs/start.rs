@@ -14,6 +14,8 @@ use backseat_core::state::{P, PHI, PSI, Q, R, THETA, U, V, VehicleState, W, Z};
 const HALF_S: f64 = 1.05;
 /// DVL readings of so many seconds before the start count.
 const DVL_HELD_S: f64 = 1.3;
+/// A DVL whose delay is still being sought may be so late, s.
+const DVL_LATE_S: f64 = 0.7;
 /// The point that a torpedo turns about lies so far ahead of the centre of gravity, m.
 const PIVOT_M: f64 = 0.3;
 /// Rows further apart give no rate, s.
@@ -31,7 +33,7 @@ pub fn measured_state(run: &Run, index: usize, dvl: &Dvl) -> VehicleState {
     let depths: Vec<f64> = run.samples.iter().filter(near).map(|sample| sample.depth_m).collect();
     let is_past = |sample: &&RunSample| {
         let age_s = at_s - sample.t_s;
-        age_s <= DVL_HELD_S + dvl.delay_s.max(0.0) && age_s >= -1e-9
+        age_s <= DVL_HELD_S + dvl.delay_s.max(DVL_LATE_S) && age_s >= -1e-9
     };
     let readings: Vec<f64> = run.samples.iter().filter(is_past).filter_map(|sample| Some(sample.dvl_mps?[0])).collect();
     let mean = |values: &[f64]| {
@@ -113,10 +115,11 @@ pub fn open(run: &Run, index: usize) -> [f64; OPEN.len()] {
     sigmas
 }
 
-/// A start moved by what is open.
+/// A start moved by what is open; its surge is that of readings times a factor.
 #[must_use]
-pub fn moved(start: &VehicleState, by: &[f64]) -> VehicleState {
+pub fn moved(start: &VehicleState, surge_factor: f64, by: &[f64]) -> VehicleState {
     let mut moved = *start;
+    moved[U] *= surge_factor;
     for ((state, _), value) in OPEN.iter().zip(by) {
         moved[*state] += value;
     }

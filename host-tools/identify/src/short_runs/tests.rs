@@ -20,14 +20,15 @@ fn run(samples: Vec<RunSample>) -> Run {
 }
 
 #[test]
-fn stretches_end_at_pauses_at_the_surface_and_where_the_motor_stops() {
+fn stretches_end_at_pauses_at_the_surface_on_end_and_where_the_motor_stops() {
     let mut samples: Vec<RunSample> = (0..120).map(|i| sample(0.5 * f64::from(i), 2.0, 100.0)).collect();
     samples[10].depth_m = 0.1;
     samples[60].input.propeller_radps = 0.0;
     samples[90..].iter_mut().for_each(|sample| sample.t_s += 5.0);
+    samples[115].attitude_rad[1] = -1.3; // no torpedo is driven so steeply
     let run = run(samples);
     let powered = Wanted { depth_m: 0.5, powered: true, speed_mps: 0.0 };
-    assert_eq!(stretches(&run, powered), [(0, 9), (11, 59), (61, 89), (90, 119)]);
+    assert_eq!(stretches(&run, powered), [(0, 9), (11, 59), (61, 89), (90, 114), (116, 119)]);
     let whole = windows(&[run], powered, 10.0, 10.0);
     let of_second: Vec<(usize, usize)> = whole.iter().map(|window| (window.first, window.last)).take(3).collect();
     // 24 s give three windows of 10 s that overlap by half
@@ -126,6 +127,45 @@ fn val_a_rudder_thrown_between_rows_turns_the_vehicle_as_a_fine_integration_has_
         let (coarse, fine) = (heading_rad(0.5, 8), heading_rad(0.01, 400));
         assert!((coarse - fine).abs() < 2e-4 * fine.abs(), "delay {delay_s} s: {coarse} rad, finely {fine} rad");
     }
+}
+
+#[test]
+fn val_a_few_rows_tell_when_a_command_acts() {
+    let base = Draft::of(&VehicleFile::reference(), 1);
+    let mut truth = base.clone();
+    truth.common[0] = -0.27;
+    truth.parameters.m_diag[5] *= 1.1;
+    truth.parameters.fins[0].gain = 0.8;
+    let runs = flown(&truth, 4);
+    let mut unknowns = coefficients();
+    ["input_delay", "fin_gain"].into_iter().for_each(|effect| unknowns.extend(of_effect(effect, 1)));
+    let problem = Problem { runs: &runs, base, unknowns, starts: Starts::Rows };
+    let start: Vec<f64> = problem.unknowns.iter().map(Unknown::first_guess).collect();
+    let fit = problem.fit(&|_| true, &start, &[3.0]).unwrap();
+    let place = problem.unknowns.iter().position(|unknown| unknown.name == "fin_delay_s").unwrap();
+    let (value, sigma) = (fit.values[place], fit.sigmas()[place]);
+    assert!((value + 0.27).abs() < 0.03 && sigma < 0.04, "{value} +- {sigma} s");
+    // what each run says can be taken out
+    let moved = fit.runs().iter().all(|&run| fit.without(run)[place] != value);
+    assert!(moved, "{:?}", fit.runs());
+}
+
+#[test]
+fn attitude_that_is_early_is_that_of_a_later_row() {
+    let mut draft = Draft::of(&VehicleFile::reference(), 1);
+    let runs = flown(&draft, 1);
+    let window = Window { run: 0, first: 0, last: 20 };
+    let mut start = VehicleState::zeros();
+    (start[Z], start[U]) = (5.0, 1.0);
+    let attitudes = |draft: &Draft| -> Vec<[f64; 3]> {
+        let readings = draft.models().unwrap()[0].predict(&runs[0], window, &start);
+        readings.iter().map(|reading| reading.unwrap().attitude_rad).collect()
+    };
+    let here = attitudes(&draft);
+    draft.common[2] = -0.5; // one row
+    let early = attitudes(&draft);
+    assert_eq!(early[..20], here[1..]);
+    assert!(here[20][2] != early[20][2]); // and goes on beyond the last
 }
 
 #[test]

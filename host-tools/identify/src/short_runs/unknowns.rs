@@ -203,13 +203,13 @@ pub fn coefficients() -> Vec<Unknown> {
         of("ln d33/d22", Place::Drag(&[2]), 0.5),
         of("ln d44", Place::Drag(&[3]), 1.5),
         of("ln d55 = d66", Place::Drag(&[4, 5]), 0.7),
-        of("ln fin lift", Place::FinLift, 1.0),
+        of("ln fin lift", Place::FinLift, 0.5),
         of("ln stall", Place::Stall, 0.3),
         of("ln beta5", Place::Thrust, 0.7),
         of("ln m33/m22", mass(&[2]), 0.15),
         of("ln m66/m55", mass(&[5]), 0.10),
         of("ln d66/d55", Place::Drag(&[5]), 0.3),
-        of("ln b_z", Place::Metacentre, 1.2),
+        of("ln b_z", Place::Metacentre, 0.6),
     ]
 }
 

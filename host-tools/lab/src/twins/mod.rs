@@ -14,7 +14,7 @@ use backseat_diagnose::torpedo;
 use backseat_report::console;
 use hil_sim::dataset::runs::{self, Wanted};
 use score::Twin;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -70,13 +70,11 @@ fn twin(seed: u64, wanted: Wanted, flown: usize) -> anyhow::Result<Twin> {
     let folder = tempfile::tempdir()?;
     let (runs, hidden) = runs::simulate(wanted, seed, flown);
     runs::write(&runs, &hidden, seed, folder.path())?;
-    Ok(Twin::of(&hidden.effects, found_in(folder.path())?))
-}
-
-/// What is named in a folder of runs, or why it is refused.
-fn found_in(folder: &Path) -> anyhow::Result<Result<Vec<torpedo::Found>, String>> {
-    let read = ReadLog::of(folder, None)?;
+    let log = ReadLog::of(folder.path(), None)?.log;
     let vehicle = backseat_analysis::diagnose::torpedo::textbook();
-    let diagnosis = torpedo::diagnose(&read.log, &vehicle, torpedo::Predictions::LeftOut, &mut |_| ());
-    Ok(diagnosis.map(|diagnosis| diagnosis.found))
+    let diagnosis = torpedo::diagnose(&log, &vehicle, torpedo::Predictions::LeftOut, &mut |_| ());
+    let names: Vec<&'static str> = hidden.effects.iter().map(|effect| effect.name).collect();
+    // runs that no fit takes tell nothing
+    let sigmas = torpedo::separable::sigmas(&log, &vehicle, &names).unwrap_or_default();
+    Ok(Twin::of(&hidden.effects, diagnosis.map(|diagnosis| diagnosis.found), &sigmas))
 }

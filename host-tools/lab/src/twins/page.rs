@@ -32,8 +32,12 @@ pub fn markdown(twins: &[Twin], first_seed: u64, flown: usize) -> String {
     let alarms = sum(|twin| twin.false_alarms().count());
     let mut table = markdown_table(["", "asked", "found"]);
     table.add_row(["first cause is one of those hidden", "95 %", &share(&with, &|twin| twin.is_first_right())]);
+    let told: Vec<&Twin> = with.iter().copied().filter(|twin| twin.is_separable()).collect();
+    table.add_row(["the same where one of them could be told", "95 %", &share(&told, &|twin| twin.is_first_right())]);
     table.add_row(["or is said to be like one", "-", &share(&with, &|twin| twin.is_first_right_or_alike())]);
     table.add_row(["hidden effects that are named", "-", &Share { hits: found, of: hidden }.text()]);
+    let [named, of] = with.iter().map(|twin| twin.separable()).fold([0; 2], |[a, b], [c, d]| [a + c, b + d]);
+    table.add_row(["those that could be told", "-", &Share { hits: named, of }.text()]);
     table.add_row([
         "nothing hidden, nothing named",
         "99 %",
@@ -61,10 +65,17 @@ pub fn markdown(twins: &[Twin], first_seed: u64, flown: usize) -> String {
     for (name, counts) in by_name {
         table.add_row([name.to_owned()].into_iter().chain(counts.map(|count| count.to_string())).collect::<Vec<_>>());
     }
-    let _ = writeln!(page, "{table}\n\n## Each data set\n");
+    let _ = writeln!(
+        page,
+        "{table}\n\n## Each data set\n\nIn parentheses the size of what is hidden over its sigma, by the information of the \
+         runs, everything that is asked being free. From 3 on an effect counts as one that could be told. The information is \
+         that at the fit which has what is hidden and nothing else.\n"
+    );
     let mut table = markdown_table(["seed", "hidden", "named, strongest first", "first right"]);
     for (seed, twin) in (first_seed..).zip(twins) {
-        let hidden: Vec<String> = twin.hidden.iter().map(|(name, number)| format!("{name}: {number}")).collect();
+        let each = twin.hidden.iter().zip(&twin.sigmas);
+        let hidden: Vec<String> =
+            each.map(|((name, number), sigmas)| format!("{name}: {number} ({sigmas:.1})")).collect();
         let first = match (twin.is_first_right(), twin.is_first_right_or_alike()) {
             (true, _) => "yes",
             (false, true) => "said to be like it",

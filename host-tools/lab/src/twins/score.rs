@@ -4,11 +4,16 @@ use backseat_diagnose::torpedo::Found;
 use hil_sim::dataset::runs::Effect;
 use serde::{Deserialize, Serialize};
 
+/// An effect of so many sigmas could be told.
+const SEPARABLE: f64 = 3.0;
+
 /// One data set.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Twin {
     /// Effects hidden, with what they are in words.
     pub hidden: Vec<(String, String)>,
+    /// Of these, in their order: size over its sigma by the information of the runs, everything else being free.
+    pub sigmas: Vec<f64>,
     /// Effects named, strongest first.
     pub named: Vec<String>,
     /// Why the data set is refused: nothing is named then.
@@ -22,8 +27,8 @@ pub struct Twin {
 }
 
 impl Twin {
-    /// Compares what is named with what is hidden.
-    pub fn of(hidden: &[Effect], found: Result<Vec<Found>, String>) -> Self {
+    /// Compares what is named with what is hidden; `known` is how well each number could be known.
+    pub fn of(hidden: &[Effect], found: Result<Vec<Found>, String>, known: &[(String, f64)]) -> Self {
         let (found, refused) = match found {
             Ok(found) => (found, None),
             Err(why) => (Vec::new(), Some(why)),
@@ -43,6 +48,7 @@ impl Twin {
         let first = found.first().map_or(&[][..], |found| &found.alike);
         Self {
             hidden: hidden.iter().map(words).collect(),
+            sigmas: hidden.iter().map(|effect| in_sigmas(effect, known)).collect(),
             named: found.iter().map(|found| found.entry.name.to_owned()).collect(),
             refused,
             alike: first.iter().map(|(name, _)| (*name).to_owned()).collect(),
@@ -53,6 +59,17 @@ impl Twin {
 
     fn is_hidden(&self, name: &str) -> bool {
         self.hidden.iter().any(|(hidden, _)| hidden == name)
+    }
+
+    /// Whether an effect could be told from all others.
+    pub fn is_separable(&self) -> bool {
+        self.sigmas.iter().any(|sigmas| *sigmas >= SEPARABLE)
+    }
+
+    /// How many of those that could be told are named, and how many there are.
+    pub fn separable(&self) -> [usize; 2] {
+        let told = self.hidden.iter().zip(&self.sigmas).filter(|(_, sigmas)| **sigmas >= SEPARABLE);
+        told.fold([0; 2], |[named, of], ((name, _), _)| [named + usize::from(self.named.contains(name)), of + 1])
     }
 
     /// Whether the first effect that is named is there, or rightly none is.
@@ -76,6 +93,20 @@ impl Twin {
     }
 }
 
+/// Size of an effect over the larger sigma of its number in the two configurations.
+fn in_sigmas(effect: &Effect, known: &[(String, f64)]) -> f64 {
+    let (name, value) = effect.number;
+    let (name, size) = match name {
+        "gain_top" => (name, 1.0 - value),
+        // four fins off their zero, with the lift and place of the simulated vehicle's
+        "fin_zero_rad" => ("k_uu", 4.0 * 0.5 * 998.0 * 0.0044 * 3.1 * 0.115 * value),
+        _ => (name, value),
+    };
+    let of_number = known.iter().filter(|(known, _)| known.split('[').next() == Some(name));
+    let sigma = of_number.map(|(_, sigma)| *sigma).fold(0.0, f64::max);
+    if sigma > 0.0 { size.abs() / sigma } else { 0.0 }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -84,6 +115,7 @@ mod tests {
     fn a_twin_is_judged_by_its_first_name_and_by_what_is_not_there() {
         let twin = |hidden: &[&str], named: &[&str], alike: &[&str]| Twin {
             hidden: hidden.iter().map(|name| ((*name).to_owned(), String::new())).collect(),
+            sigmas: [4.0, 2.0][..hidden.len()].to_vec(),
             named: named.iter().map(|name| (*name).to_owned()).collect(),
             alike: alike.iter().map(|name| (*name).to_owned()).collect(),
             refused: None,
@@ -95,6 +127,18 @@ mod tests {
         let second = twin(&["fin_gain"], &["dvl_delay", "fin_gain"], &["fin_gain"]);
         assert!(!second.is_first_right() && second.is_first_right_or_alike() && second.false_alarms().count() == 1);
         assert!(!twin(&["fin_gain"], &[], &[]).is_first_right());
-        assert!(twin(&[], &[], &[]).is_first_right());
+        assert!(twin(&[], &[], &[]).is_first_right() && !twin(&[], &[], &[]).is_separable());
+        let two = twin(&["fin_gain", "dvl_scale"], &["dvl_scale"], &[]);
+        assert!(two.is_separable() && two.separable() == [0, 1]);
+    }
+
+    #[test]
+    fn an_effect_is_measured_by_the_worse_of_its_configurations() {
+        let known =
+            [("buoyancy_kg[0]".to_owned(), 0.1), ("buoyancy_kg[1]".to_owned(), 0.2), ("gain_top".to_owned(), 0.1)];
+        let of = |number| in_sigmas(&Effect { name: "any", number }, &known);
+        assert_eq!(of(("buoyancy_kg", -0.5)), 2.5);
+        assert!((of(("gain_top", 0.6)) - 4.0).abs() < 1e-12);
+        assert_eq!(of(("dvl_scale", 0.1)), 0.0);
     }
 }
