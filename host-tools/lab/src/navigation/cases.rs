@@ -270,8 +270,10 @@ fn tide(scenario: &mut Scenario, draw: &mut Stream) {
     set_current(scenario, current);
 }
 
-/// More lines than five hours are long: the flight ends under way, before it surfaces.
+/// More lines than five hours are long: the flight ends under way, before it surfaces. With what the board has otherwise
+/// half an hour of degraded navigation ends a mission.
 fn alone(scenario: &mut Scenario) {
+    scenario.vehicle.safety.degraded_time_max_s = 2.0 * ALONE_S;
     let settings = &mut scenario.settings;
     settings.acoustics.until_s = Some(SHIP_LEAVES_S);
     settings.duration_s = SHIP_LEAVES_S + ALONE_S;
