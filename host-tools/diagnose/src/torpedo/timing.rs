@@ -18,6 +18,9 @@ pub(super) const LENGTH_S: f64 = 3.0;
 /// What servos and the shape of the response add to a delay, one sigma, s.
 const RESPONSE_S: f64 = 0.025;
 
+/// A run whose leaving out moves a value by more sigmas is left out by a fit of its own: one step does not reach so far.
+const FAR: f64 = 8.0;
+
 /// One delay.
 struct Delay {
     name: String,
@@ -34,12 +37,22 @@ pub(super) struct Timing {
 impl Timing {
     /// By a fit to windows of [`LENGTH_S`].
     pub(super) fn of(fitted: &Fitted<'_>) -> Self {
-        let sigmas = fitted.fit.sigmas();
+        let fit = &fitted.fit;
+        let is_near = |values: &[f64]| {
+            let moves = values.iter().zip(&fit.values).enumerate();
+            moves.into_iter().all(|(place, (a, b))| (a - b).abs() < FAR * fit.covariance[(place, place)].sqrt())
+        };
+        let without = |run: usize| {
+            let step = fit.without(run);
+            let again = || fitted.problem.fit(&|other| other != run, &fit.values, &[LENGTH_S]);
+            if is_near(&step) { step } else { again().map_or(step, |fit| fit.values) }
+        };
+        let sigmas = fit.sigmas_by(fit.runs().into_iter().map(without).collect());
         let delay = |place: usize| Delay {
             name: fitted.problem.unknowns[place].name.clone(),
-            value: fitted.fit.values[place],
+            value: fit.values[place],
             sigma: sigmas[place].hypot(RESPONSE_S),
-            prior_share: fitted.fit.prior_share[place],
+            prior_share: fit.prior_share[place],
         };
         Self { delays: fitted.places(EFFECT).into_iter().map(delay).collect() }
     }

@@ -36,18 +36,27 @@ impl Fit {
     /// One sigma of each value.
     #[must_use]
     pub fn sigmas(&self) -> Vec<f64> {
-        let spread = self.spread();
+        self.sigmas_by(self.all_without())
+    }
+
+    /// The same by the values of fits without each run in turn.
+    #[must_use]
+    pub fn sigmas_by(&self, without: Vec<Vec<f64>>) -> Vec<f64> {
+        let spread = self.spread(without);
         (0..self.values.len()).map(|place| spread.sigma(self, &[(place, 1.0)])).collect()
     }
 
     /// The same of a sum of values, each times its factor.
     #[must_use]
     pub fn sigma_of(&self, sum: &[(usize, f64)]) -> f64 {
-        self.spread().sigma(self, sum)
+        self.spread(self.all_without()).sigma(self, sum)
     }
 
-    fn spread(&self) -> Spread {
-        let without = self.parts.iter().map(|part| self.without(part.run)).collect();
+    fn all_without(&self) -> Vec<Vec<f64>> {
+        self.parts.iter().map(|part| self.without(part.run)).collect()
+    }
+
+    fn spread(&self, without: Vec<Vec<f64>>) -> Spread {
         let mut spread = Spread { without, usual: 1.0 };
         let told: Vec<f64> = (0..self.values.len())
             .filter(|&place| self.prior_share[place] < PRIORS)
