@@ -2,6 +2,7 @@
 
 mod candidate;
 mod causes;
+mod coarse;
 mod columns;
 mod evidence;
 mod onset;
