@@ -93,6 +93,19 @@ impl VehicleModel {
         self.fins.each_ref().map(|fin| fin.effectiveness)
     }
 
+    /// Fins [top, bottom, port, starboard] that stand at an angle whatever is commanded, rad.
+    pub fn set_standing_fins(&mut self, stands_rad: &[Option<f64>; FINS]) {
+        for (fin, stands_rad) in self.fins.iter_mut().zip(stands_rad) {
+            fin.stands_rad = stands_rad.filter(|angle| angle.is_finite());
+        }
+    }
+
+    /// The angles at which fins stand, rad; none unless set.
+    #[must_use]
+    pub fn standing_fins(&self) -> [Option<f64>; FINS] {
+        self.fins.each_ref().map(|fin| fin.stands_rad)
+    }
+
     /// M⁻¹ times a wrench, m/s² and rad/s².
     pub(crate) fn acceleration_of(&self, wrench: &Vector6<f64>) -> Vector6<f64> {
         wrench.component_mul(&self.inverse_mass)
