@@ -4,6 +4,7 @@
 //! is set. A data packet is commanded ahead of its second; the modem then asks for the frame, which leaves on its next
 //! pulse.
 
+use crate::consequences::SURE;
 use crate::estimator::Estimator;
 use crate::geodesy::LocalFrame;
 use crate::held::Held;
@@ -149,9 +150,6 @@ impl Uplink {
     }
 }
 
-/// What is named at a certainty of so much is called sure.
-const SURE: f64 = 0.9;
-
 /// What the frame of this number tells of a statement.
 fn named(statement: &Statement, frame: u32) -> Named {
     let [first, second] = &statement.named;
@@ -225,7 +223,7 @@ mod tests {
         let first = own(Cause::FinLost(1), 0.5, 0.95, None);
         let second = own(Cause::ThrustLost, 0.15, 0.6, Some(Cause::DragGrown));
         let both = Statement { time_us: 1, named: [first, second], unexplained: false };
-        let fin = Named { cause: 2, rival: 0, beside: false, is_sure: true, size: [23, 0] };
+        let fin = Named { cause: 2, rival: 0, beside: false, is_sure: true, size: [26, 0] };
         let thrust = Named { cause: 13, rival: 15, beside: true, is_sure: false, size: [19, 0] };
         assert_eq!([1, 2, 3].map(|frame| named(&both, frame)), [fin, thrust, fin]);
         let alone = Statement { named: [first, None], ..both };

@@ -2,7 +2,7 @@
 
 use backseat_core::effects::FIN_NAMES;
 use backseat_core::navigation::naming::Cause;
-use backseat_wire::hostlink::{NamedCause, Naming};
+use backseat_wire::hostlink::{Decision, DecisionReason, NamedCause, Naming, UsedFor};
 use backseat_wire::named::{MOST_STEPS, NONE_OF_THESE, Named};
 use serde_json::{Map, Value, json};
 
@@ -16,11 +16,13 @@ pub fn cause_name(cause: Cause) -> String {
     format!("{}{fin}", cause.name())
 }
 
-/// A record names other causes than the one before it.
+/// A record names other causes than the one before it, or tells another decision.
 #[must_use]
 pub fn is_new(before: Option<&Naming>, now: &Naming) -> bool {
-    let causes =
-        |naming: &Naming| (naming.unexplained, naming.named.iter().map(|named| named.cause).collect::<Vec<_>>());
+    let causes = |naming: &Naming| {
+        let causes = naming.named.iter().map(|named| named.cause).collect::<Vec<_>>();
+        (naming.unexplained, causes, naming.decision.map(|decision| decision.time_us))
+    };
     before.is_none_or(|before| causes(before) != causes(now))
 }
 
@@ -28,10 +30,12 @@ pub fn is_new(before: Option<&Naming>, now: &Naming) -> bool {
 #[must_use]
 pub fn sentence(naming: &Naming) -> (bool, String) {
     let causes = naming.named.iter().filter_map(named).collect::<Vec<_>>().join("; beside it ");
+    let decision = naming.decision.as_ref().map(|decision| format!("; {}", decided(decision))).unwrap_or_default();
+    let causes = format!("{causes}{decision}");
     match (naming.unexplained, naming.named.is_empty()) {
         (true, true) => (true, "something has changed; none of the known causes explains it".to_owned()),
         (true, false) => (true, format!("something has changed; no known cause explains it, the nearest is {causes}")),
-        (false, true) => (false, "nothing is named any longer".to_owned()),
+        (false, true) => (false, format!("nothing is named any longer{decision}")),
         (false, false) => (true, format!("changed: {causes}")),
     }
 }
@@ -42,6 +46,26 @@ fn named(named: &NamedCause) -> Option<String> {
     let (since_s, probability) = (named.since_us as f64 * 1e-6, named.probability);
     let sizes = sizes(cause, named);
     Some(format!("{}, {sizes}, since {since_s:.0} s{rival} (probability {probability:.2})", cause_name(cause)))
+}
+
+/// A decision whether a cause is used, and its reason.
+#[must_use]
+pub fn decided(decision: &Decision) -> String {
+    let used = match decision.used_for {
+        UsedFor::Nothing => "not used any more",
+        UsedFor::Navigation => "used by the filter",
+        UsedFor::NavigationAndControl => "used by the filter and the controller",
+    };
+    let cause = Cause::from_number(decision.cause).map(cause_name).unwrap_or_default();
+    let (at_s, gain) = (decision.time_us as f64 * 1e-6, decision.gain);
+    let reason = match decision.reason {
+        DecisionReason::Sure => "it is sure".to_owned(),
+        DecisionReason::Resized => "it has another size now".to_owned(),
+        DecisionReason::NotNamed => "it is named no longer".to_owned(),
+        DecisionReason::NotBetter => format!("it has not predicted better, ln of the likelihood ratio {gain:.1}"),
+        DecisionReason::Restarted => "the filter has started again".to_owned(),
+    };
+    format!("{cause} {used} from {at_s:.0} s on: {reason}")
 }
 
 /// Its numbers with their intervals of 95 %.
@@ -71,7 +95,22 @@ pub fn object(naming: &Naming) -> Value {
             "rival": Cause::from_number(named.rival).map(cause_name),
         }))
     });
-    json!({ "named": named.collect::<Vec<_>>(), "unexplained": naming.unexplained })
+    let decision = naming.decision.map(|decision| {
+        let used = match decision.used_for {
+            UsedFor::Nothing => "nothing",
+            UsedFor::Navigation => "navigation",
+            UsedFor::NavigationAndControl => "navigation and control",
+        };
+        json!({
+            "time_s": decision.time_us as f64 * 1e-6,
+            "cause": Cause::from_number(decision.cause).map(cause_name),
+            "size": decision.size[0],
+            "used_for": used,
+            "reason": decided(&decision),
+            "log_likelihood_gain": decision.gain,
+        })
+    });
+    json!({ "named": named.collect::<Vec<_>>(), "unexplained": naming.unexplained, "decision": decision })
 }
 
 /// What an uplink names.
@@ -152,9 +191,15 @@ mod tests {
             since_us: 768_000_000,
             probability: 0.97,
         };
-        let naming = Naming { time_us: 1, unexplained: false, named: [record].into_iter().collect() };
+        let naming = Naming { time_us: 1, named: [record].into_iter().collect(), ..Naming::default() };
         let expected = "changed: fin_lost bottom, share_lost 0.430 (0.352 to 0.508), since 768 s, or fin_stuck bottom (probability 0.97)";
         assert_eq!(sentence(&naming), (true, expected.to_owned()));
+        let decision =
+            Decision { time_us: 1_000_000_000, cause: 2, used_for: UsedFor::Navigation, ..Decision::default() };
+        let used = Naming { decision: Some(decision), ..naming.clone() };
+        assert!(is_new(Some(&naming), &used));
+        let expected = format!("{expected}; fin_lost bottom used by the filter from 1000 s on: it is sure");
+        assert_eq!(sentence(&used).1, expected);
         let told_by = Named {
             cause: record.cause,
             rival: record.rival,
@@ -162,7 +207,7 @@ mod tests {
             is_sure: true,
             size: fin.steps([0.43, 0.0]),
         };
-        // 0.5 · 2^(-1/4) = 0.420
+        // 0.3 · 2^(2/4) = 0.424
         assert_eq!(told_briefly(&told_by), "fin_lost bottom 0.42");
         assert_eq!(told(&told_by), "changed: fin_lost bottom, share_lost 0.42, or fin_stuck bottom, sure");
         let object = told_object(&told_by, 9);

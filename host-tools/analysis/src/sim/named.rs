@@ -71,7 +71,12 @@ pub fn table(flown: &Flown) -> Option<Table> {
     if statements.is_empty() {
         table = table.row(["", "nothing", "", "", "", ""]);
     }
+    let mut decided_us = None;
     for naming in statements {
+        if let Some(decision) = naming.decision.filter(|decision| decided_us != Some(decision.time_us)) {
+            decided_us = Some(decision.time_us);
+            table = table.row(said(naming, &named::decided(&decision)));
+        }
         if naming.unexplained {
             table = table.row(said(naming, "none of these; nearest:"));
         } else if naming.named.is_empty() {
@@ -125,6 +130,7 @@ mod tests {
             time_us,
             unexplained: false,
             named: causes.iter().map(|cause| NamedCause { cause: *cause, ..NamedCause::default() }).collect(),
+            decision: None,
         };
         let all = [naming(1, &[2]), naming(2, &[2]), naming(3, &[2, 13]), naming(4, &[2, 13]), naming(5, &[2, 13])];
         let kept = |all: &[Naming]| statements(all).iter().map(|naming| naming.time_us).collect::<Vec<_>>();

@@ -10,8 +10,10 @@ mod scatter;
 mod sensitivities;
 mod statement;
 mod sums;
+mod taken;
 #[cfg(test)]
 mod tests;
+mod used;
 mod watch;
 
 pub use causes::{ALL as CAUSES, Cause};
