@@ -30,7 +30,6 @@ use crate::telemetry;
 use crate::time::{STEP_US, UtcClock};
 use crate::uplink::Uplink;
 use backseat_core::dynamics::VehicleModel;
-use backseat_core::navigation::naming::Statement;
 use backseat_core::state::Z;
 use backseat_wire::hostlink::{self, FromBoard, ModeReason, Port, Refusal};
 
@@ -78,13 +77,10 @@ struct StepState {
     /// Steps a whole step late or more, and the latest of them, µs.
     late: LateSteps,
     digest: u64,
-    /// What is named, until it is reported.
-    statement: Option<Statement>,
 }
 
 impl StepState {
-    const NONE: Self =
-        Self { configured: false, last_step_us: None, late: LateSteps::NONE, digest: 0, statement: None };
+    const NONE: Self = Self { configured: false, last_step_us: None, late: LateSteps::NONE, digest: 0 };
 }
 
 impl Backseat {
@@ -430,7 +426,7 @@ impl Backseat {
         if let Some(report) = self.adaptation.fault_report(now_us) {
             send(out, &FromBoard::Fault(report));
         }
-        if let Some(statement) = self.state.statement.take() {
+        if let Some(statement) = self.consequences.told.take() {
             send(out, &FromBoard::Naming(telemetry::naming(&statement, self.consequences.decision())));
         }
         self.report_estimates(now_us, out);

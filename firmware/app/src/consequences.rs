@@ -6,6 +6,7 @@
 //! say of it is summed from the decision on, and if after [`TRIAL_US`] they are not better explained with it than without,
 //! it is taken out and not used again in this dive. One cause is used at a time, the first that can be.
 
+use crate::held::Held;
 use crate::parameters::{NamingUse, Settings};
 use backseat_core::dynamics::{FINS, VehicleModel};
 use backseat_core::navigation::naming::{Cause, Named, Statement};
@@ -40,25 +41,27 @@ pub enum Change {
 
 /// Decides, and remembers what was decided.
 pub struct Consequences {
-    used: Option<Used>,
+    used: Held<Used>,
     /// Causes that have not predicted better, by their numbers.
     refused: u32,
-    decision: Option<Decision>,
+    decision: Held<Decision>,
+    /// What is named, until it is reported.
+    pub told: Held<Statement>,
 }
 
 impl Consequences {
     pub const fn new() -> Self {
-        Self { used: None, refused: 0, decision: None }
+        Self { used: Held::none(), refused: 0, decision: Held::none(), told: Held::none() }
     }
 
     /// The last decision.
     pub fn decision(&self) -> Option<Decision> {
-        self.decision
+        self.decision.get().copied()
     }
 
     /// Something is used.
     pub fn is_used(&self) -> bool {
-        self.used.is_some()
+        self.used.get().is_some()
     }
 
     /// The filter has started again, with the vehicle as declared.
@@ -76,7 +79,7 @@ impl Consequences {
             let refused = self.refused >> u32::from(named.cause.number()) & 1 != 0;
             is_usable(named, permitted) && is_sure(named) && !statement.unexplained && !refused
         };
-        let Some(used) = self.used else {
+        let Some(used) = self.used.get().copied() else {
             let named = *statement.named.iter().flatten().find(can)?;
             return Some(self.take(time_us, &named, permitted));
         };
@@ -97,19 +100,19 @@ impl Consequences {
         if (now - before).abs() <= RESIZED * before.abs() {
             return None;
         }
-        self.used = Some(Used { size: named.size, ..used });
+        self.used.set(Used { size: named.size, ..used });
         self.decide(time_us, named.cause, named.size, permitted.used_for(), DecisionReason::Resized, gain);
         Some(Change::Resize(*named))
     }
 
     fn take(&mut self, time_us: u64, named: &Named, permitted: NamingUse) -> Change {
-        self.used = Some(Used { cause: named.cause, size: named.size, since_us: time_us });
+        self.used.set(Used { cause: named.cause, size: named.size, since_us: time_us });
         self.decide(time_us, named.cause, named.size, permitted.used_for(), DecisionReason::Sure, 0.0);
         Change::Take(*named)
     }
 
     fn drop(&mut self, time_us: u64, used: &Used, reason: DecisionReason, gain: f64) -> Change {
-        self.used = None;
+        self.used.clear();
         self.decide(time_us, used.cause, used.size, UsedFor::Nothing, reason, gain);
         Change::Drop
     }
@@ -125,7 +128,7 @@ impl Consequences {
     ) {
         let size = size.map(|size| size as f32);
         let cause = cause.number();
-        self.decision = Some(Decision { time_us, cause, size, used_for, reason, gain: gain as f32 });
+        self.decision.set(Decision { time_us, cause, size, used_for, reason, gain: gain as f32 });
     }
 }
 

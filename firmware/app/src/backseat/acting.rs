@@ -12,14 +12,14 @@ impl Backseat {
     /// What follows from what is named.
     #[inline(never)]
     pub(super) fn draw_consequences(&mut self, now_us: u64) {
-        let Self { estimator, consequences, parameters, steering, state, .. } = self;
+        let Self { estimator, consequences, parameters, steering, .. } = self;
         let settings = parameters.active();
         if !estimator.navigator().is_initialised() && consequences.is_used() {
             consequences.restart(now_us);
             return use_cause(None, settings, estimator, steering);
         }
         let Some(statement) = estimator.take_statement() else { return };
-        state.statement = Some(statement);
+        consequences.told.set(statement);
         match consequences.judge(&statement, estimator.naming().gain(), settings.app.naming) {
             Some(Change::Take(named)) => {
                 use_cause(Some(&named), settings, estimator, steering);
