@@ -180,7 +180,7 @@ pub fn run(args: &Args, change: Change) -> anyhow::Result<()> {
         args.minutes
     );
     let page = wrapped(&format!(
-        "Made by `{command}`: mean and its 95 % interval over the {} of {} flights whose errors count in all three forms; \
+        "# What is gained where a named cause is used\n\nMade by `{command}`: mean and its 95 % interval over the {} of {} flights whose errors count in all three forms; \
          below, the paired differences.\n\n{table}\n\n{each}\n",
         counted.len(),
         args.runs
