@@ -259,7 +259,7 @@ impl Decoding {
                     out(Found { time_us, what: What::Event(EventKind::Learnt, text.to_owned()) });
                 }
                 Ok(FromBoard::Naming(naming)) => {
-                    if words::is_new(self.board.naming.as_ref(), &naming) {
+                    if backseat_link::named::is_new(self.board.naming.as_ref(), &naming) {
                         let (_, text) = words::naming(&naming);
                         out(Found { time_us, what: What::Event(EventKind::Naming, text) });
                     }

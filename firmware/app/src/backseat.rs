@@ -8,7 +8,10 @@
 //! ```
 //! Components know the components to their left at most, own their state and return decisions.
 
+mod acting;
+
 use crate::adaptation::Adaptation;
+use crate::consequences::Consequences;
 use crate::drivers::Drivers;
 use crate::estimator::{Estimator, FilterPlace};
 use crate::host::{HOST_RING, Host, send};
@@ -48,6 +51,7 @@ pub struct Backseat {
     pub inputs: Inputs,
     pub estimator: Estimator,
     pub adaptation: Adaptation,
+    pub consequences: Consequences,
     pub learning: Learning,
     pub modes: Modes,
     pub steering: Steering,
@@ -89,6 +93,7 @@ impl Backseat {
             inputs: Inputs::new(),
             estimator: Estimator::new(filter),
             adaptation: Adaptation::new(),
+            consequences: Consequences::new(),
             learning: Learning::new(),
             modes: Modes::new(),
             steering: Steering::new(),
@@ -111,6 +116,7 @@ impl Backseat {
         self.inputs.clear();
         self.estimator.reset();
         self.adaptation.restart();
+        self.consequences = Consequences::new();
         self.learning = Learning::new();
         self.modes = Modes::new();
         self.steering.restart();
@@ -184,6 +190,7 @@ impl Backseat {
         if estimator.navigator().is_initialised() {
             self.state.digest = estimator.navigator().digest_from(self.state.digest);
         }
+        self.draw_consequences(now_us);
         let mut orders = Orders::default();
         self.judge(now_us, failed, &mut orders);
         self.steer(now_us, &mut orders);
@@ -360,12 +367,13 @@ impl Backseat {
     /// sensors, nor of a vehicle with a fault, which is another after its repair.
     #[inline(never)]
     fn learn(&mut self) {
-        let Self { learning, steering, estimator, adaptation, parameters, .. } = self;
+        let Self { learning, steering, estimator, adaptation, consequences, parameters, .. } = self;
         let submerged = estimator.output()[Z] > SUBMERGED_M;
         if !learning.ends(steering.under_way(), submerged)
             || estimator.is_doubted()
             || estimator.resumed().is_some()
             || adaptation.has_fault()
+            || consequences.is_used()
         {
             return;
         }
@@ -418,8 +426,8 @@ impl Backseat {
         if let Some(report) = self.adaptation.fault_report(now_us) {
             send(out, &FromBoard::Fault(report));
         }
-        if let Some(statement) = self.estimator.take_statement() {
-            send(out, &FromBoard::Naming(telemetry::naming(&statement)));
+        if let Some(statement) = self.consequences.told.take() {
+            send(out, &FromBoard::Naming(telemetry::naming(&statement, self.consequences.decision())));
         }
         self.report_estimates(now_us, out);
     }

@@ -8,14 +8,15 @@
 //! beyond the tolerance.
 
 mod acoustics;
+mod named;
 
 use crate::inputs::installation::{self, body_to_ned, horizon_us, velocity_at_centre};
 use crate::inputs::{ActuatorHistory, Inputs, Packets, SensorSample, fresh};
-use crate::parameters::{AppSettings, Settings};
+use crate::parameters::{AppSettings, NamingUse, Settings};
 use crate::store::{Coasted, Navigation, coast_m};
 use crate::time::{UtcClock, micros};
 use backseat_core::dynamics::{ActuatorInput, VehicleModel};
-use backseat_core::navigation::naming::{Naming, Statement};
+use backseat_core::navigation::naming::Naming;
 use backseat_core::navigation::{
     CloneId, ConfigError, Declared, FusionOutcome, FusionRecord, Fusions, InitialSpeed, InitialState, Integrity, Level,
     Measurement, NavigationError, Navigator, ProcessModel, ProtectionLevel, Sensor, ShipReport,
@@ -146,7 +147,7 @@ impl Estimator {
 
     /// What is declared of receivers and water; the vehicle's receiver counts by its dilution of precision.
     pub fn declare(&mut self, app: &AppSettings, hdop: Option<f64>) {
-        self.names = app.naming;
+        self.names = app.naming != NamingUse::Off;
         let sigma_m = app.receiver_bias_m;
         self.receivers_m = [sigma_m * hdop.unwrap_or(1.0).max(1.0), sigma_m];
         self.declared = Declared {
@@ -164,16 +165,6 @@ impl Estimator {
     /// What the error exceeds with the declared probability only; `None` while there is no position.
     pub fn level(&self) -> Option<Level> {
         self.protection.level().filter(|_| self.navigator.is_initialised())
-    }
-
-    /// What is stated of what has changed, once for each time that it was weighed anew.
-    pub fn take_statement(&mut self) -> Option<Statement> {
-        self.naming.take_statement()
-    }
-
-    /// For a study.
-    pub fn naming(&self) -> &Naming {
-        &self.naming
     }
 
     /// The vehicle at the time of the last step.

@@ -33,6 +33,7 @@ mod adaptation;
 mod app;
 mod backseat;
 mod command;
+mod consequences;
 mod drivers;
 mod estimator;
 mod geodesy;

@@ -2,6 +2,7 @@
 
 use crate::SENTENCE;
 use crate::command::{Commander, Unanswered};
+use crate::consequences::Fins;
 use crate::held::Held;
 use crate::links::actuators_of;
 use crate::parameters::{AppSettings, ControlMode};
@@ -113,6 +114,16 @@ impl Steering {
     /// The error of the controller.
     pub fn configure(&mut self, config: &ControlConfig, model: &VehicleModel) -> Result<(), ControlError> {
         self.controller.configure(config, model)
+    }
+
+    /// Steers another vehicle than declared, or the declared one again; its fins are whole.
+    pub fn set_model(&mut self, model: &VehicleModel) {
+        self.controller.set_model(model);
+    }
+
+    /// Steers with these fins.
+    pub fn set_fins(&mut self, (shares, stands_rad): &Fins) {
+        self.controller.set_fins(shares, stands_rad);
     }
 
     pub fn mission(&self) -> &Mission {

@@ -4,14 +4,17 @@
 //! is set. A data packet is commanded ahead of its second; the modem then asks for the frame, which leaves on its next
 //! pulse.
 
+use crate::consequences::SURE;
 use crate::estimator::Estimator;
 use crate::geodesy::LocalFrame;
 use crate::held::Held;
 use crate::inputs::installation::body_to_ned;
 use crate::parameters::AppSettings;
 use crate::time::UtcClock;
+use backseat_core::navigation::naming::Statement;
 use backseat_core::state::{PSI, U, V, W, X, Y, Z};
 use backseat_wire::modem::{Addresses, Cycle, Data, DataRequest, Payload, ToModem};
+use backseat_wire::named::{NONE_OF_THESE, Named};
 use backseat_wire::vehicle_state::{AUTHENTIC_LENGTH, VehicleState};
 use core::f64::consts::TAU;
 
@@ -34,13 +37,14 @@ struct Outgoing {
 pub struct Uplink {
     /// The last slot that was begun or missed: uplink, ping; s since 1970.
     begun_s: [u64; 2],
-    sequence: u8,
+    /// Frames that were sent: of two causes that are named they carry one each by turns.
+    frames: u32,
     outgoing: Held<Outgoing>,
 }
 
 impl Uplink {
     pub const fn new() -> Self {
-        Self { begun_s: [0; 2], sequence: 0, outgoing: Held::none() }
+        Self { begun_s: [0; 2], frames: 0, outgoing: Held::none() }
     }
 
     /// The sentence whose time has come, if any.
@@ -98,7 +102,7 @@ impl Uplink {
             return None;
         }
         let ahead_us = slot_us.checked_sub(clock.utc_us(now_us)?)?;
-        self.sequence = self.sequence.wrapping_add(1);
+        self.frames = self.frames.wrapping_add(1);
         let state = self.state(transmit_s, ahead_us as f64 * 1e-6, synchronous, mode, estimator, settings)?;
         let mut payload = [0; AUTHENTIC_LENGTH];
         let payload = state.emit(&settings.acoustic_key, &mut payload).ok()?;
@@ -131,7 +135,6 @@ impl Uplink {
         let root = |index: usize| libm::sqrt(navigator.variance(index));
         Some(VehicleState {
             source: settings.modem_address,
-            sequence: self.sequence,
             transmit_s,
             position_deg: [latitude, longitude],
             velocity_mps,
@@ -142,7 +145,32 @@ impl Uplink {
             level_m: estimator.level().map_or([None; 2], |level| [level.horizontal_m, level.vertical_m].map(bounded)),
             mode,
             synchronous,
+            named: estimator.naming().statement().map_or(Named::NOTHING, |told| named(&told, self.frames)),
         })
+    }
+}
+
+/// What the frame of this number tells of a statement.
+fn named(statement: &Statement, frame: u32) -> Named {
+    let [first, second] = &statement.named;
+    if statement.unexplained {
+        let nearest = first.map_or(Named::NOTHING, |nearest| coarse(&nearest));
+        return Named { cause: NONE_OF_THESE, rival: nearest.cause, is_sure: false, ..nearest };
+    }
+    match (first, second) {
+        (Some(_), Some(second)) if frame.is_multiple_of(2) => Named { beside: true, ..coarse(second) },
+        (Some(first), _) => coarse(first),
+        (None, _) => Named::NOTHING,
+    }
+}
+
+fn coarse(named: &backseat_core::navigation::naming::Named) -> Named {
+    Named {
+        cause: named.cause.number(),
+        rival: named.rival.map_or(0, |rival| rival.number()),
+        beside: false,
+        is_sure: named.probability >= SURE,
+        size: named.cause.steps(named.size),
     }
 }
 
@@ -184,6 +212,25 @@ mod tests {
         assert!(sent(&AppSettings::DEFAULT, 100).is_empty(), "off unless it is set");
         let off = AppSettings { uplink_at_s: NEVER, ping_at_s: 40, ..settings };
         assert!(sent(&off, 100).is_empty(), "a second outside the cycle is none");
+    }
+
+    #[test]
+    fn two_causes_are_told_by_turns_and_none_of_these_with_the_nearest() {
+        use backseat_core::navigation::naming::{Cause, Named as Own};
+        let own = |cause, size, probability, rival| {
+            Some(Own { cause, size: [size, 0.0], sigma: [0.1; 2], since_us: 1, probability, rival })
+        };
+        let first = own(Cause::FinLost(1), 0.5, 0.95, None);
+        let second = own(Cause::ThrustLost, 0.15, 0.6, Some(Cause::DragGrown));
+        let both = Statement { time_us: 1, named: [first, second], unexplained: false };
+        let fin = Named { cause: 2, rival: 0, beside: false, is_sure: true, size: [26, 0] };
+        let thrust = Named { cause: 13, rival: 15, beside: true, is_sure: false, size: [19, 0] };
+        assert_eq!([1, 2, 3].map(|frame| named(&both, frame)), [fin, thrust, fin]);
+        let alone = Statement { named: [first, None], ..both };
+        assert_eq!([1, 2].map(|frame| named(&alone, frame)), [fin, fin]);
+        let unknown = Statement { unexplained: true, ..alone };
+        assert_eq!(named(&unknown, 2), Named { cause: NONE_OF_THESE, rival: 2, is_sure: false, ..fin });
+        assert_eq!(named(&Statement { named: [None; 2], ..both }, 2), Named::NOTHING);
     }
 
     #[test]

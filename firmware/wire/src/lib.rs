@@ -31,6 +31,7 @@ pub mod hex;
 pub mod hostlink;
 pub mod iver;
 pub mod modem;
+pub mod named;
 pub mod nmea;
 mod packet;
 pub mod ship_state;

@@ -1,4 +1,4 @@
-//! What the packets of ship and vehicle have in common: their first bytes, CRC, key and authentication code.
+//! What the packets of ship and vehicle have in common: units, CRC, key and authentication code.
 
 use crate::framer::at;
 use crate::nmea::within;
@@ -71,41 +71,14 @@ pub(crate) fn seal(writer: &mut Writer<'_>) -> Result<(), Error> {
     writer.bytes(&crc.to_le_bytes())
 }
 
-/// The first 19 bytes behind the version: who, when, where, how fast.
-pub(crate) struct Head {
-    pub source: u8,
-    pub sequence: u8,
-    pub transmit_s: u32,
-    pub position_deg: [f64; 2],
-    pub velocity_mps: [f64; 2],
+/// An angle of a position from units of 1e-7 degree.
+pub(crate) fn degrees(bytes: [u8; 4], limit: f64) -> Result<f64, Error> {
+    within(Decimal::new(i64::from(i32::from_le_bytes(bytes)), 7).to_f64(), -limit, limit)
 }
 
-impl Head {
-    pub fn read(payload: &[u8]) -> Result<Self, Error> {
-        let [source, sequence] = at(payload, 1)?;
-        let angle =
-            |offset| Ok::<_, Error>(Decimal::new(i64::from(i32::from_le_bytes(at(payload, offset)?)), 7).to_f64());
-        let speed = |offset| Ok::<_, Error>(f64::from(i16::from_le_bytes(at(payload, offset)?)) / 1_000.0);
-        Ok(Self {
-            source,
-            sequence,
-            transmit_s: u32::from_le_bytes(at(payload, 3)?),
-            position_deg: [within(angle(7)?, -90.0, 90.0)?, within(angle(11)?, -180.0, 180.0)?],
-            velocity_mps: [speed(15)?, speed(17)?],
-        })
-    }
-
-    pub fn write(&self, version: u8, writer: &mut Writer<'_>) -> Result<(), Error> {
-        writer.bytes(&[version, self.source, self.sequence])?;
-        writer.bytes(&self.transmit_s.to_le_bytes())?;
-        for (angle, limit) in self.position_deg.into_iter().zip([90.0, 180.0]) {
-            writer.bytes(&(libm::round(within(angle, -limit, limit)? * 1.0e7) as i32).to_le_bytes())?;
-        }
-        for speed in self.velocity_mps {
-            writer.bytes(&(libm::round(within(speed, -32.7, 32.7)? * 1_000.0) as i16).to_le_bytes())?;
-        }
-        Ok(())
-    }
+/// An angle of a position in units of 1e-7 degree.
+pub(crate) fn whole_degrees(angle: f64, limit: f64) -> Result<[u8; 4], Error> {
+    Ok((libm::round(within(angle, -limit, limit)? * 1.0e7) as i32).to_le_bytes())
 }
 
 /// An accuracy in units, rounded up: never claim to be better than is known. The margin keeps 0.3 / 0.1 at 3.

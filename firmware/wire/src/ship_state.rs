@@ -30,7 +30,7 @@ pub use crate::packet::Key;
 use crate::Error;
 use crate::framer::at;
 use crate::nmea::within;
-use crate::packet::{CODE, Framing, Head, seal, upward};
+use crate::packet::{CODE, Framing, degrees, seal, upward, whole_degrees};
 use crate::write::Writer;
 
 /// Bytes of the payload.
@@ -85,14 +85,15 @@ impl ShipState {
     }
 
     fn read(payload: &[u8; LENGTH]) -> Result<Self, Error> {
-        let Head { source, sequence, transmit_s, position_deg, velocity_mps } = Head::read(payload)?;
+        let [source, sequence] = at(payload, 1)?;
+        let speed = |offset| Ok::<_, Error>(f64::from(i16::from_le_bytes(at(payload, offset)?)) / 1_000.0);
         let [position_sigma, velocity_sigma, depth] = at(payload, 19)?;
         Ok(Self {
             source,
             sequence,
-            transmit_s,
-            position_deg,
-            velocity_mps,
+            transmit_s: u32::from_le_bytes(at(payload, 3)?),
+            position_deg: [degrees(at(payload, 7)?, 90.0)?, degrees(at(payload, 11)?, 180.0)?],
+            velocity_mps: [speed(15)?, speed(17)?],
             position_sigma_m: f64::from(position_sigma) / 10.0,
             velocity_sigma_mps: f64::from(velocity_sigma) / 100.0,
             transducer_depth_m: f64::from(depth) / 10.0,
@@ -121,10 +122,16 @@ impl ShipState {
     }
 
     fn write(&self, version: u8) -> Result<[u8; LENGTH], Error> {
-        let Self { source, sequence, transmit_s, position_deg, velocity_mps, .. } = *self;
         let mut payload = [0; LENGTH];
         let mut writer = Writer::new(&mut payload);
-        Head { source, sequence, transmit_s, position_deg, velocity_mps }.write(version, &mut writer)?;
+        writer.bytes(&[version, self.source, self.sequence])?;
+        writer.bytes(&self.transmit_s.to_le_bytes())?;
+        let [latitude, longitude] = self.position_deg;
+        writer.bytes(&whole_degrees(latitude, 90.0)?)?;
+        writer.bytes(&whole_degrees(longitude, 180.0)?)?;
+        for speed in self.velocity_mps {
+            writer.bytes(&(libm::round(within(speed, -32.7, 32.7)? * 1_000.0) as i16).to_le_bytes())?;
+        }
         // casts saturate
         writer.byte(upward(self.position_sigma_m, 0.1)? as u8)?;
         writer.byte(upward(self.velocity_sigma_mps, 0.01)? as u8)?;

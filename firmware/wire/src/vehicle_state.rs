@@ -1,35 +1,33 @@
 //! The vehicle's own state, as its acoustic uplink carries it.
 //!
-//! 28 bytes, little-endian, at the front of the 32-byte FSK frame, or all 32 with an authentication code. The first
-//! 19 bytes and the code are those of [`crate::ship_state`].
+//! 28 bytes, little-endian, at the front of the 32-byte FSK frame, or all 32 with an authentication code, which is that
+//! of [`crate::ship_state`].
 //!
 //! | offset | type | meaning |
 //! |---|---|---|
-//! | 0 | u8 | version, 5; with an authentication code 6 |
+//! | 0 | u8 | version, 7; with an authentication code 8 |
 //! | 1 | u8 | source, the vehicle's modem address |
-//! | 2 | u8 | sequence number, wraps |
-//! | 3 | u32 | transmit second: UTC seconds since 1970 at which the packet leaves |
-//! | 7 | i32 | latitude, 1e-7 degree |
-//! | 11 | i32 | longitude, 1e-7 degree |
-//! | 15 | i16 | velocity over ground north, mm/s |
-//! | 17 | i16 | velocity over ground east, mm/s |
-//! | 19 | u16 | depth, cm |
-//! | 21 | u8 | position accuracy (one sigma per axis): 0.1 m · 2^(n/16), rounded up; 255: 6.3 km or more |
-//! | 22 | u8 | horizontal protection level, as the accuracy; 255: none, or more |
-//! | 23 | u8 | velocity accuracy (one sigma per axis), 0.01 m/s, rounded up; 255: 2.55 m/s or more |
-//! | 24 | u8 | true heading, 1/256 of a turn |
-//! | 25 | u8 | bits 0 to 2: mode as in the host link; bits 3 to 6: protection level in depth, 0.5 m · 2^(n/2), rounded up, 15: none, or more; bit 7: clock and pulse of the vehicle's modem are good, so that the travel time is a range |
+//! | 2 | u32 | transmit second: UTC seconds since 1970 at which the packet leaves |
+//! | 6 | i32 | latitude, 1e-7 degree |
+//! | 10 | i32 | longitude, 1e-7 degree |
+//! | 14 | u40 | bits 0 to 10 and 11 to 21: velocity over ground north and east, cm/s, two's complement; bits 22 to 34: depth, 0.1 m; bits 35 to 39: velocity accuracy (one sigma per axis), 0.01 m/s · 2^(n/4), rounded up; 31: 2.15 m/s or more |
+//! | 19 | u8 | position accuracy (one sigma per axis): 0.1 m · 2^(n/16), rounded up; 255: 6.3 km or more |
+//! | 20 | u8 | horizontal protection level, as the accuracy; 255: none, or more |
+//! | 21 | u8 | true heading, 1/256 of a turn |
+//! | 22 | u8 | bits 0 to 2: mode as in the host link; bits 3 to 6: protection level in depth, 0.5 m · 2^(n/2), rounded up, 15: none, or more; bit 7: clock and pulse of the vehicle's modem are good, so that the travel time is a range |
+//! | 23 | u24 | what the board names: [`Named`] |
 //! | 26 | u16 | CRC-16/IBM-3740 over bytes 0 to 25 |
-//! | 28 | u32 | version 4 only: authentication code over bytes 0 to 27 |
+//! | 28 | u32 | version 8 only: authentication code over bytes 0 to 27 |
 //!
-//! Position and velocity are those of the transducer at the transmit second. Steps of accuracy and level are 4.4 %, of
-//! the level in depth 41 %: what is stated is never less than what the vehicle knows.
+//! Position and velocity are those of the transducer at the transmit second, which is also what tells one packet from
+//! another. Steps of accuracy and level are 4.4 %, of the velocity's accuracy 19 %, of the level in depth 41 %: what is
+//! stated is never less than what the vehicle knows.
 
-use crate::Error;
 use crate::framer::at;
 use crate::nmea::within;
-use crate::packet::{CODE, Framing, Head, Key, seal, upward};
+use crate::packet::{CODE, Framing, Key, degrees, seal, whole_degrees};
 use crate::write::Writer;
+use crate::{Error, named::Named};
 use core::f64::consts::{LN_2, TAU};
 
 /// Bytes of the payload.
@@ -37,41 +35,48 @@ pub const LENGTH: usize = 28;
 /// Bytes of the payload with its authentication code.
 pub const AUTHENTIC_LENGTH: usize = LENGTH + CODE;
 /// Version without an authentication code.
-pub const VERSION: u8 = 5;
+pub const VERSION: u8 = 7;
 /// Version with one.
-pub const AUTHENTIC_VERSION: u8 = 6;
+pub const AUTHENTIC_VERSION: u8 = 8;
 
 const FRAMING: Framing<LENGTH> = Framing { versions: [VERSION, AUTHENTIC_VERSION] };
 const SYNCHRONOUS: u8 = 1 << 7;
 const MODES: u8 = 1 << 3;
 
-/// A length in steps of a constant ratio.
+/// A length or a speed in steps of a constant ratio.
 struct Steps {
-    least_m: f64,
+    least: f64,
     /// So many double it.
     octave: f64,
     /// The last: beyond all others.
     last: u8,
 }
 
-const HORIZONTAL: Steps = Steps { least_m: 0.1, octave: 16.0, last: 255 };
-const VERTICAL: Steps = Steps { least_m: 0.5, octave: 2.0, last: 15 };
+const HORIZONTAL: Steps = Steps { least: 0.1, octave: 16.0, last: 255 };
+const VERTICAL: Steps = Steps { least: 0.5, octave: 2.0, last: 15 };
+const SPEED: Steps = Steps { least: 0.01, octave: 4.0, last: 31 };
+
+/// Bits of a velocity, and the largest one, m/s.
+const VELOCITY: u32 = 11;
+const VELOCITY_MPS: f64 = 10.23;
+/// Bits of the depth.
+const DEPTH: u32 = 13;
 
 impl Steps {
-    fn length_m(&self, step: u8) -> f64 {
-        self.least_m * libm::exp(f64::from(step) * LN_2 / self.octave)
+    fn value(&self, step: u8) -> f64 {
+        self.least * libm::exp(f64::from(step) * LN_2 / self.octave)
     }
 
     /// Rounded up; the margin keeps what was read where it was.
-    fn step(&self, length_m: f64) -> Result<u8, Error> {
-        let steps = self.octave / LN_2 * libm::log(within(length_m, 0.0, f64::MAX)? / self.least_m);
+    fn step(&self, value: f64) -> Result<u8, Error> {
+        let steps = self.octave / LN_2 * libm::log(within(value, 0.0, f64::MAX)? / self.least);
         // casts saturate
         Ok((libm::ceil(steps - 1.0e-9) as u8).min(self.last))
     }
 
     /// `None` for the last step.
     fn level(&self, step: u8) -> Option<f64> {
-        (step < self.last).then(|| self.length_m(step))
+        (step < self.last).then(|| self.value(step))
     }
 
     fn step_of_level(&self, level_m: Option<f64>) -> Result<u8, Error> {
@@ -85,8 +90,6 @@ impl Steps {
 pub struct VehicleState {
     /// The vehicle's modem address.
     pub source: u8,
-    /// Sequence number.
-    pub sequence: u8,
     /// Time of launch, s since 1970 UTC.
     pub transmit_s: u32,
     /// Latitude and longitude, degrees, north and east positive.
@@ -108,6 +111,8 @@ pub struct VehicleState {
     pub mode: u8,
     /// The packet left on a pulse by a clock that is set: its travel time is a range.
     pub synchronous: bool,
+    /// What the board names of what has changed.
+    pub named: Named,
 }
 
 impl VehicleState {
@@ -129,22 +134,27 @@ impl VehicleState {
     }
 
     fn read(payload: &[u8; LENGTH]) -> Result<Self, Error> {
-        let Head { source, sequence, transmit_s, position_deg, velocity_mps } = Head::read(payload)?;
-        let whole = |offset| Ok::<_, Error>(f64::from(u16::from_le_bytes(at(payload, offset)?)));
-        let [position_sigma, level, velocity_sigma, heading, mode] = at(payload, 21)?;
+        let [_, source] = at(payload, 0)?;
+        let [a, b, c, d, e] = at(payload, 14)?;
+        let [position_sigma, level, heading, mode] = at(payload, 19)?;
+        let bits = u64::from_le_bytes([a, b, c, d, e, 0, 0, 0]);
+        let field = |from: u32, count: u32| bits >> from & ((1 << count) - 1);
+        // the sign is the field's top bit
+        let velocity = |from| (field(from, VELOCITY) << (64 - VELOCITY)).cast_signed() >> (64 - VELOCITY);
+        let velocity_sigma = field(2 * VELOCITY + DEPTH, 5) as u8;
         Ok(Self {
             source,
-            sequence,
-            transmit_s,
-            position_deg,
-            velocity_mps,
-            depth_m: whole(19)? / 100.0,
-            position_sigma_m: HORIZONTAL.length_m(position_sigma),
-            velocity_sigma_mps: f64::from(velocity_sigma) / 100.0,
+            transmit_s: u32::from_le_bytes(at(payload, 2)?),
+            position_deg: [degrees(at(payload, 6)?, 90.0)?, degrees(at(payload, 10)?, 180.0)?],
+            velocity_mps: [velocity(0) as f64 / 100.0, velocity(VELOCITY) as f64 / 100.0],
+            depth_m: field(2 * VELOCITY, DEPTH) as f64 / 10.0,
+            position_sigma_m: HORIZONTAL.value(position_sigma),
+            velocity_sigma_mps: SPEED.value(velocity_sigma),
             heading_rad: f64::from(heading) * (TAU / 256.0),
             level_m: [HORIZONTAL.level(level), VERTICAL.level((mode & !SYNCHRONOUS) / MODES)],
             mode: mode % MODES,
             synchronous: mode & SYNCHRONOUS != 0,
+            named: Named::read(at(payload, 23)?),
         })
     }
 
@@ -165,21 +175,34 @@ impl VehicleState {
     }
 
     fn write(&self, version: u8, payload: &mut [u8; LENGTH]) -> Result<(), Error> {
-        let Self { source, sequence, transmit_s, position_deg, velocity_mps, .. } = *self;
         let mut writer = Writer::new(payload);
-        Head { source, sequence, transmit_s, position_deg, velocity_mps }.write(version, &mut writer)?;
+        writer.bytes(&[version, self.source])?;
+        writer.bytes(&self.transmit_s.to_le_bytes())?;
+        let [latitude, longitude] = self.position_deg;
+        writer.bytes(&whole_degrees(latitude, 90.0)?)?;
+        writer.bytes(&whole_degrees(longitude, 180.0)?)?;
+        let velocity = |mps: f64| {
+            let centimetres = libm::round(within(mps, -VELOCITY_MPS, VELOCITY_MPS)? * 100.0) as i64;
+            Ok::<_, Error>(centimetres.cast_unsigned() & ((1 << VELOCITY) - 1))
+        };
+        let [north, east] = self.velocity_mps;
         // casts saturate
-        let depth_cm = libm::round(within(self.depth_m, -10.0, f64::MAX)? * 100.0) as u16;
-        writer.bytes(&depth_cm.to_le_bytes())?;
+        let depth = (libm::round(within(self.depth_m, -10.0, f64::MAX)? * 10.0) as u64).min((1 << DEPTH) - 1);
+        let velocity_sigma = u64::from(SPEED.step(self.velocity_sigma_mps)?);
+        let bits = velocity(north)?
+            | velocity(east)? << VELOCITY
+            | depth << (2 * VELOCITY)
+            | velocity_sigma << (2 * VELOCITY + DEPTH);
+        writer.bytes(bits.to_le_bytes().first_chunk::<5>().ok_or(Error::Length)?)?;
         let [level, depth_level] = self.level_m;
         writer.byte(HORIZONTAL.step(self.position_sigma_m)?)?;
         writer.byte(HORIZONTAL.step_of_level(level)?)?;
-        writer.byte(upward(self.velocity_sigma_mps, 0.01)? as u8)?;
         let turns = within(self.heading_rad, -TAU, TAU)? / TAU;
         writer.byte((libm::round((turns - libm::floor(turns)) * 256.0) as u16 % 256) as u8)?;
         let mode = if self.mode < MODES { self.mode } else { return Err(Error::OutOfRange) };
         let depth_level = VERTICAL.step_of_level(depth_level)? * MODES;
         writer.byte(mode | depth_level | if self.synchronous { SYNCHRONOUS } else { 0 })?;
+        writer.bytes(&self.named.bytes()?)?;
         seal(&mut writer)
     }
 }
@@ -191,7 +214,6 @@ mod tests {
 
     const STATE: VehicleState = VehicleState {
         source: 2,
-        sequence: 250,
         transmit_s: 1_748_952_060,
         position_deg: [41.5, -70.7],
         velocity_mps: [1.0, -0.25],
@@ -202,6 +224,7 @@ mod tests {
         level_m: [Some(25.0), Some(1.2)],
         mode: 4,
         synchronous: true,
+        named: Named { cause: 2, rival: 18, beside: false, is_sure: true, size: [-9, 0] },
     };
 
     /// Every byte by hand from the table above: 1748952060 = 0x683EE3FC, 41.5e7 = 0x18BC6EC0, -70.7e7 = -0x2A24_1780.
@@ -210,17 +233,20 @@ mod tests {
         let mut buffer = [0; AUTHENTIC_LENGTH];
         let bytes = STATE.emit(&Key::NONE, &mut buffer).unwrap();
         let mut expected: [u8; LENGTH] = [0; LENGTH];
-        let parts: [&[u8]; 10] = [
-            &[5, 2, 250],
+        // 100 | (-25 mod 2048) << 11 | 30 << 22 | 4 << 35: 0.01 · 2^(4/4) = 0.02
+        let motion = 100_u64 | 2023 << 11 | 30 << 22 | 4 << 35;
+        // 2 | 18 << 5 | 1 << 11 | (-9 mod 64) << 12
+        let named = 2_u32 | 18 << 5 | 1 << 11 | 55 << 12;
+        let parts: [&[u8]; 9] = [
+            &[7, 2],
             &1_748_952_060_u32.to_le_bytes(),
             &415_000_000_i32.to_le_bytes(),
             &(-707_000_000_i32).to_le_bytes(),
-            &[0xE8, 0x03, 0x06, 0xFF], // 1000, -250
-            &[0x2C, 0x01],             // 300 cm
-            &[27, 128],                // 0.1 · 2^(27/16) = 0.322 m, 0.1 · 2^(128/16) = 25.6 m
-            &[2],
+            &motion.to_le_bytes()[..5],
+            &[27, 128],           // 0.1 · 2^(27/16) = 0.322 m, 0.1 · 2^(128/16) = 25.6 m
             &[64],                // east
             &[0x80 | 3 << 3 | 4], // 0.5 · 2^(3/2) = 1.41 m
+            &named.to_le_bytes()[..3],
         ];
         let mut at = 0;
         for part in parts {
@@ -233,7 +259,9 @@ mod tests {
         let near = |value: f64, expected: f64| (value - expected).abs() < 1.0e-3;
         assert!(near(read.position_sigma_m, 0.3221), "{read:?}");
         assert!(near(read.level_m[0].unwrap(), 25.6) && near(read.level_m[1].unwrap(), 1.414), "{read:?}");
-        assert_eq!(read, VehicleState { position_sigma_m: read.position_sigma_m, level_m: read.level_m, ..STATE });
+        assert!((read.velocity_sigma_mps - 0.02).abs() < 1.0e-9, "{read:?}");
+        let VehicleState { position_sigma_m, velocity_sigma_mps, level_m, .. } = read;
+        assert_eq!(read, VehicleState { position_sigma_m, velocity_sigma_mps, level_m, ..STATE });
         assert_eq!(
             read.emit(&Key::NONE, &mut [0; AUTHENTIC_LENGTH]).unwrap(),
             bytes,

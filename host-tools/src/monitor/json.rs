@@ -2,10 +2,10 @@
 
 use super::model::{Model, Severity, words};
 use backseat_core::effects::parameters;
-use backseat_core::navigation::naming::Cause;
+use backseat_link::named;
 use backseat_logs::STATE_COLUMNS;
 use backseat_logs::session::EstimatesRow;
-use backseat_wire::hostlink::{FaultReport, Hardware, Naming, Port, Telemetry, Visibility};
+use backseat_wire::hostlink::{FaultReport, Hardware, Port, Telemetry, Visibility};
 use serde_json::{Map, Value, json};
 
 /// What is known now; of the events, those after the first `seen`. And how many there are.
@@ -35,7 +35,7 @@ pub fn object(model: &Model, now_us: u64, seen: u64) -> (Value, u64) {
         "identification": identification(model),
         "estimates": model.estimates.as_ref().map(EstimatesRow::from),
         "fault": model.fault.as_ref().map_or(Value::Null, fault),
-        "naming": model.naming.as_ref().map_or(Value::Null, naming),
+        "naming": model.naming.as_ref().map_or(Value::Null, named::object),
         "ports": ports(model),
         "link": link(model, now_us),
         "alarms": alarms,
@@ -123,24 +123,6 @@ fn fault(report: &FaultReport) -> Value {
         })
     });
     json!({ "state": words::fault_state(report.state), "diagnosis": diagnosis })
-}
-
-fn naming(naming: &Naming) -> Value {
-    let named = naming.named.iter().filter_map(|named| {
-        let cause = Cause::from_number(named.cause)?;
-        let sizes = cause.numbers().into_iter().zip(named.size.iter().zip(&named.sigma));
-        let sizes = sizes.filter(|((name, _), _)| !name.is_empty()).map(|((name, _), (size, sigma))| {
-            (name.to_owned(), json!({ "value": size, "ci95": [size - 1.96 * sigma, size + 1.96 * sigma] }))
-        });
-        Some(json!({
-            "cause": words::cause_name(cause),
-            "size": sizes.collect::<Map<_, _>>(),
-            "since_s": named.since_us as f64 * 1e-6,
-            "probability": named.probability,
-            "rival": Cause::from_number(named.rival).map(words::cause_name),
-        }))
-    });
-    json!({ "named": named.collect::<Vec<_>>(), "unexplained": naming.unexplained })
 }
 
 fn ports(model: &Model) -> Value {

@@ -1,5 +1,6 @@
 //! What topside knows, as JSON: the line of `--json` and the message of the session log.
 
+use backseat_link::named;
 use backseat_topside::slots::Slot;
 use backseat_topside::track::Track;
 use backseat_topside::{Event, Topside};
@@ -55,6 +56,7 @@ fn vehicle(track: &Track, utc_us: Option<u64>) -> Value {
         "level_horizontal_m": utc_us.and_then(|utc_us| track.level_at(utc_us)),
         "age_s": track.heard_us().and_then(age),
         "report": track.report().map(report),
+        "named": track.names().iter().map(|(named, since_s)| named::told_object(&named, since_s)).collect::<Vec<_>>(),
         "ranges": ranges,
         "ranges_refused": refused,
     })
@@ -93,6 +95,7 @@ pub fn words(event: &Event) -> (bool, String) {
             let text = format!("depth {:.1} m, {range}, level {level}, in depth {depth}", state.depth_m);
             (false, format!("vehicle {}: {text}", state.source))
         }
+        Event::Named { vehicle, named } => (named.cause != 0, format!("vehicle {vehicle}: {}", named::told(named))),
         Event::Range(ranging) => {
             let kind = if ranging.two_way { "ping" } else { "uplink" };
             let off = ranging.innovation_m.map_or("no track yet".to_owned(), |m| format!("{m:+.1} m off the track"));

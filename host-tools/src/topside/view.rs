@@ -5,6 +5,7 @@ use super::json::level;
 use super::model::Model;
 use crate::screen::{Ellipse, Window, faint, panel, time_of_day};
 use backseat_analysis::topside_config::Vehicle;
+use backseat_link::named::told_briefly;
 use backseat_topside::Topside;
 use backseat_topside::slots::Slot;
 use backseat_topside::track::VehicleEstimate;
@@ -36,7 +37,8 @@ pub fn draw(
     let right_width = 38.min(screen.width / 2);
     let [left, _, right] =
         Layout::horizontal([Constraint::Fill(1), Constraint::Length(1), Constraint::Length(right_width)]).areas(body);
-    let vehicle_rows = 4 * u16::try_from(vehicles.len()).unwrap_or(4) + 1;
+    let named = topside.tracks().iter().map(|track| track.names().iter().count()).sum::<usize>();
+    let vehicle_rows = u16::try_from(4 * vehicles.len() + named).unwrap_or(16) + 1;
     let [table, slots] = Layout::vertical([Constraint::Length(vehicle_rows), Constraint::Fill(1)]).areas(right);
     let utc_us = topside.utc_us(time_us);
     frame
@@ -156,6 +158,10 @@ fn draw_vehicles(frame: &mut Frame<'_>, area: Rect, topside: &Topside, vehicles:
         lines.push(Line::from(format!("  level {horizontal}, in depth {}", level(report.and_then(|r| r.level_m[1])))));
         let depth = report.map_or("-".to_owned(), |report| format!("{:.1} m", report.depth_m));
         lines.push(Line::from(format!("  depth {depth}, {used} ranges, {refused} refused")));
+        let changed = |named| format!("  changed: {}", told_briefly(&named));
+        lines.extend(
+            track.names().iter().map(|(named, _)| Line::styled(changed(named), Style::new().fg(Color::Yellow))),
+        );
     }
     frame.render_widget(Paragraph::new(lines), inner);
 }

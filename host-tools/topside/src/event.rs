@@ -2,6 +2,7 @@
 
 use crate::hold::Hold;
 use crate::track::Ranging;
+use backseat_wire::named::Named;
 use backseat_wire::vehicle_state::VehicleState;
 
 /// One event.
@@ -34,6 +35,13 @@ pub enum Event {
         state: VehicleState,
         /// Distance by its time of flight, m; `None` without a common clock.
         range_m: Option<f64>,
+    },
+    /// A vehicle names other causes than before.
+    Named {
+        /// The vehicle's modem address.
+        vehicle: u8,
+        /// What its last packet names.
+        named: Named,
     },
     /// A range to a vehicle, and what its track made of it.
     Range(Ranging),

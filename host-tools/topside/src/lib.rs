@@ -19,6 +19,7 @@
 //! | [`track`] | a filter for each vehicle, fed by its uplinks and by ranges |
 //! | `modem` | settings and clock of the modem, packets that leave and arrive |
 //! | [`hold`] | why nothing is sent |
+//! | `names` | what each vehicle names of what has changed |
 //! | `event` | what happened, for logs and screens |
 //! | [`Topside`] | readiness, sending (slots, the abort), hearing |
 //!
@@ -33,6 +34,7 @@ mod event;
 mod gnss;
 pub mod hold;
 mod modem;
+mod names;
 pub mod ship;
 pub mod slots;
 mod topside;
@@ -43,4 +45,5 @@ pub use config::{Config, ConfigError, MAX_VEHICLES, Vehicles};
 pub use event::Event;
 pub use hold::Hold;
 pub use modem::{ClockHealth, MAX_RATE};
+pub use names::Names;
 pub use topside::{ABORT_PACKETS, AbortRefused, Port, Sent, Topside};

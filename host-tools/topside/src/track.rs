@@ -5,6 +5,7 @@
 //! and Uhlmann 1997), which is consistent whatever their correlation. A range that the ship measures itself is
 //! independent and updates the track as in any Kalman filter.
 
+use crate::names::Names;
 use crate::ship::ShipEstimate;
 use backseat_wire::vehicle_state::VehicleState;
 use nalgebra::{Matrix2, Matrix4, Vector2, Vector4};
@@ -65,6 +66,7 @@ pub struct Track {
     report: Option<VehicleState>,
     /// Where it said it was, m.
     reported_m: [f64; 2],
+    names: Names,
     ranges: u32,
     refused: u32,
 }
@@ -74,13 +76,29 @@ impl Track {
     #[must_use]
     pub fn new(vehicle: u8, acceleration_mps2_per_sqrt_hz: f64) -> Self {
         let density = acceleration_mps2_per_sqrt_hz * acceleration_mps2_per_sqrt_hz;
-        Self { vehicle, density, time_us: 0, filter: None, report: None, reported_m: [0.0; 2], ranges: 0, refused: 0 }
+        Self {
+            vehicle,
+            density,
+            time_us: 0,
+            filter: None,
+            report: None,
+            reported_m: [0.0; 2],
+            names: Names::NONE,
+            ranges: 0,
+            refused: 0,
+        }
     }
 
     /// The last report.
     #[must_use]
     pub fn report(&self) -> Option<&VehicleState> {
         self.report.as_ref()
+    }
+
+    /// What the vehicle names of what has changed.
+    #[must_use]
+    pub fn names(&self) -> &Names {
+        &self.names
     }
 
     /// Ranges that changed the track, and those that were refused.
@@ -123,12 +141,13 @@ impl Track {
     }
 
     /// The vehicle said at its transmit second where it was, in local coordinates; an older one than the track is kept
-    /// but not used.
-    pub fn report_heard(&mut self, state: &VehicleState, position_m: [f64; 2]) {
+    /// but not used. Whether it names other causes than the one before.
+    pub fn report_heard(&mut self, state: &VehicleState, position_m: [f64; 2]) -> bool {
         let time_us = u64::from(state.transmit_s) * 1_000_000;
         (self.report, self.reported_m) = (Some(*state), position_m);
+        let names_others = self.names.take(state.named, state.transmit_s);
         if self.filter.is_some() && time_us < self.time_us {
-            return;
+            return names_others;
         }
         let z = Vector4::new(position_m[0], position_m[1], state.velocity_mps[0], state.velocity_mps[1]);
         let square = |sigma: f64| sigma.max(LEAST_SIGMA) * sigma.max(LEAST_SIGMA);
@@ -139,6 +158,7 @@ impl Track {
             None => (z, r),
         });
         self.time_us = time_us;
+        names_others
     }
 
     /// A distance between the transducers, with the ship at its end of the path and the vehicle at `time_us` at its
@@ -226,10 +246,10 @@ fn intersection(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use backseat_wire::named::Named;
 
     const STATE: VehicleState = VehicleState {
         source: 2,
-        sequence: 0,
         transmit_s: 1000,
         position_deg: [0.0; 2],
         velocity_mps: [1.0, 0.0],
@@ -240,6 +260,7 @@ mod tests {
         level_m: [Some(20.0), Some(1.0)],
         mode: 0,
         synchronous: true,
+        named: Named::NOTHING,
     };
     const SHIP: ShipEstimate = ShipEstimate {
         position_m: [0.0, 0.0],

@@ -10,6 +10,7 @@ use backseat_wire::modem::{
     Addresses, ClockMode, DataRequest, FromModem, ModemTime, Payload, PingReply, Received, ReceptionStatistics,
     Revision, TimeReport, ToModem, TransmitStatistics,
 };
+use backseat_wire::named::Named;
 use backseat_wire::nmea::{Checksum, MAX_SENTENCE, Sentence};
 use backseat_wire::ship_state::{Key, ShipState};
 use backseat_wire::vehicle_state::{AUTHENTIC_LENGTH, VehicleState};
@@ -342,7 +343,6 @@ fn an_uplink_and_its_range_make_a_track_and_a_ping_renews_it() {
     let north_deg = 41.5 + 500.0 / 1851.2 / 60.0;
     let mut state = VehicleState {
         source: 2,
-        sequence: 1,
         transmit_s: (NOON_S + 60) as u32,
         position_deg: [north_deg, -70.7],
         velocity_mps: [1.0, 0.0],
@@ -353,6 +353,7 @@ fn an_uplink_and_its_range_make_a_track_and_a_ping_renews_it() {
         level_m: [Some(20.0), Some(1.0)],
         mode: 3,
         synchronous: true,
+        named: Named { cause: 2, rival: 6, is_sure: true, size: [23, 0], ..Named::NOTHING },
     };
     let addresses = Addresses { source: 2, destination: 1 };
     let send = |sea: &mut Sea, state: &VehicleState, key: &Key, flight_us: u64, clock: ClockMode| {
@@ -406,6 +407,11 @@ fn an_uplink_and_its_range_make_a_track_and_a_ping_renews_it() {
     sea.run(1.0);
     assert_eq!((count(&sea, true), count(&sea, false)), (1, 1));
     assert!(matches!(sea.events.last(), Some(Event::Uplink { range_m: None, .. })), "{:?}", sea.events.last());
+    // what the vehicle names is told once, and shown for as long as it is named
+    let told: Vec<&Event> = sea.events.iter().filter(|event| matches!(event, Event::Named { .. })).collect();
+    assert_eq!(told, [&Event::Named { vehicle: 2, named: state.named }]);
+    let names: Vec<_> = sea.topside.tracks()[0].names().iter().collect();
+    assert_eq!(names, [(state.named, state.transmit_s - 30)]);
 }
 
 #[test]

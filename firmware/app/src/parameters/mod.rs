@@ -9,7 +9,7 @@ mod settings;
 mod table;
 
 pub use list::{PARAMETERS, Parameter, find};
-pub use settings::{AhrsProtocol, AppSettings, AttitudeSource, ControlMode, DvlSource, Settings};
+pub use settings::{AhrsProtocol, AppSettings, AttitudeSource, ControlMode, DvlSource, NamingUse, Settings};
 
 use crate::held::Held;
 use backseat_core::navigation::Learnt;

@@ -52,6 +52,19 @@ pub enum ControlMode {
     Helm,
 }
 
+/// What is done with what changes in flight.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum NamingUse {
+    /// It is not named.
+    Off,
+    /// It is named, and nothing follows.
+    Name,
+    /// The filter predicts with a cause that is sure.
+    Navigate,
+    /// The controller steers with it too.
+    All,
+}
+
 /// Settings of the app itself.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AppSettings {
@@ -105,8 +118,8 @@ pub struct AppSettings {
     pub water_area: Area,
     /// Probability in an hour that the error exceeds the protection level.
     pub level_probability_per_hour: f64,
-    /// Name what changes in flight.
-    pub naming: bool,
+    /// What is done with what changes in flight.
+    pub naming: NamingUse,
     /// Deepest estimate at which a fix is believed, m.
     pub gnss_max_depth_m: f64,
     /// AHRS protocol.
@@ -204,7 +217,7 @@ impl AppSettings {
         receiver_bias_m: 1.5,
         water_area: Declared::DEFAULT.area,
         level_probability_per_hour: Declared::DEFAULT.probability_per_hour,
-        naming: true,
+        naming: NamingUse::Name,
         gnss_max_depth_m: 1.0,
         ahrs_protocol: AhrsProtocol::Gx3,
         dvl_source: DvlSource::Pd0,

@@ -127,9 +127,12 @@ fn cutting_the_streams_changes_nothing() {
 #[test]
 fn naming_only_watches() {
     let whole = fly(&mut Direct::new(None), 200);
-    let mut board = Direct::new(None);
-    parameters(&mut board, &[("app.naming", 0.0)]);
-    assert_eq!(fly(&mut board, 200), whole);
+    // off, and as long as nothing is named whatever may follow
+    for naming in [0.0, 2.0, 3.0] {
+        let mut board = Direct::new(None);
+        parameters(&mut board, &[("app.naming", naming)]);
+        assert_eq!(fly(&mut board, 200), whole);
+    }
 }
 
 #[test]

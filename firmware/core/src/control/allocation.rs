@@ -85,6 +85,24 @@ pub fn allocate(
     }
 }
 
+/// [`allocate`] where fins are broken: what those of `model`, which are whole, would give is asked of the fins as they are
+/// in `actual`, in the sense of least squares. A fin that gives nothing stays at the datum; the others take its part,
+/// its damping included, so that the gains stay right.
+#[must_use]
+pub fn allocate_to(
+    actual: &VehicleModel,
+    model: &VehicleModel,
+    v: &Vector6<f64>,
+    moments: &Moments,
+    datum: &Datum,
+    limit_rad: f64,
+) -> [f64; FINS] {
+    if v[0] < MIN_SURGE_MPS || !v.iter().all(|x| x.is_finite()) {
+        return [0.0; FINS];
+    }
+    least_squares(actual, v, &target_wrench(model, v, moments, datum), datum, limit_rad)
+}
+
 /// Wanted sum of the fin wrenches.
 fn target_wrench(model: &VehicleModel, v: &Vector6<f64>, moments: &Moments, datum: &Datum) -> Vector6<f64> {
     let present = |fins: &[f64; FINS]| model.fin_wrenches(v, fins).iter().sum::<Vector6<f64>>();

@@ -1,6 +1,6 @@
 //! The controller: a mission, an estimate and a current in, actuators out.
 
-use super::allocation::{Datum, allocate};
+use super::allocation::{Datum, allocate, allocate_to};
 use super::dive::Dive;
 use super::guidance::{crab_angle_rad, turn_rate_max_radps};
 use super::limits::{ActuatorLimits, Limiter};
@@ -10,7 +10,7 @@ use super::reference::ReferenceTrajectory;
 use super::speed::propeller_radps;
 use super::trackline::{Segment, TrackError};
 use super::{ControlConfig, ControlError, ControlLaw, LawContext, attitude_law};
-use crate::dynamics::{ActuatorInput, VehicleModel};
+use crate::dynamics::{ActuatorInput, FINS, VehicleModel};
 use crate::state::{self, VehicleState};
 
 /// Time that the first command is taken to last, s: the board's step.
@@ -47,6 +47,8 @@ pub struct Command {
 pub struct Controller {
     config: ControlConfig,
     model: Option<VehicleModel>,
+    /// The vehicle with its broken fins, if there are any.
+    broken: Option<VehicleModel>,
     lqr: Lqr,
     reference: ReferenceTrajectory,
     mission: Mission,
@@ -64,6 +66,7 @@ impl Controller {
         Self {
             config: ControlConfig::BLANK,
             model: None,
+            broken: None,
             lqr: Lqr::new(),
             reference: ReferenceTrajectory::new(limiter),
             mission: Mission::new(),
@@ -84,15 +87,28 @@ impl Controller {
         self.limiter.set_limits(config.limits.within(model.parameters()));
         self.config = *config;
         self.model = Some(model.clone());
+        self.broken = None;
         Ok(())
     }
 
     /// Adopts another vehicle model while running; its gain is worked out over the next commands, until then the old
-    /// one stays.
+    /// one stays. Its fins are whole.
     pub fn set_model(&mut self, model: &VehicleModel) {
         self.limiter.set_limits(self.config.limits.within(model.parameters()));
         self.model = Some(model.clone());
+        self.broken = None;
         self.lqr.renew();
+    }
+
+    /// Takes fins as broken: the shares of lift and drag that they have, 1 for a whole fin, and the angles at which they
+    /// stand, rad. The LQR's allocation gives their part to the others; the PD law steers on as before.
+    pub fn set_fins(&mut self, shares: &[f64; FINS], stands_rad: &[Option<f64>; FINS]) {
+        let whole = shares.iter().all(|share| *share == 1.0) && stands_rad.iter().all(Option::is_none);
+        self.broken = self.model.clone().filter(|_| !whole);
+        if let Some(broken) = &mut self.broken {
+            broken.set_fin_effectiveness(shares);
+            broken.set_standing_fins(stands_rad);
+        }
     }
 
     /// The regulator: trim and gain in force.
@@ -239,17 +255,14 @@ impl Controller {
     ) -> ActuatorInput {
         let demand = self.lqr.demand(error, &self.config.guidance, turn_rate_max_radps(model));
         let limits = self.limiter.limits();
+        let (v, datum) = (state::velocity(x), Datum::Above(fins_rad));
         let thrust = (thrust_n + demand.thrust_n).max(0.0).min(self.config.speed.thrust_max_n);
         ActuatorInput {
             propeller_radps: propeller_radps(model.propeller(), thrust, x[state::U]),
-            fins_rad: allocate(
-                self.config.allocation,
-                model,
-                &state::velocity(x),
-                &demand.moments,
-                &Datum::Above(fins_rad),
-                limits.fin_rad,
-            ),
+            fins_rad: match &self.broken {
+                Some(actual) => allocate_to(actual, model, &v, &demand.moments, &datum, limits.fin_rad),
+                None => allocate(self.config.allocation, model, &v, &demand.moments, &datum, limits.fin_rad),
+            },
         }
     }
 }

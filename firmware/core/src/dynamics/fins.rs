@@ -26,6 +26,9 @@ pub(super) struct FinSection {
     stall: f64,
 }
 
+/// The angle of a fin that follows its commands.
+pub(super) const FREE: f64 = f64::INFINITY;
+
 /// One fin: the rows that map v to its inflow, whose transposes map its force to a wrench.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Fin {
@@ -35,6 +38,9 @@ pub(super) struct Fin {
     z_row: [f64; 6],
     /// Share of its lift and drag that it still has, 1 for a whole fin.
     pub(super) effectiveness: f64,
+    /// The angle at which it stands whatever is commanded, rad; [`FREE`]: it does not. No `Option`: of a model that is not
+    /// there the bytes are zero, so that its static takes no flash.
+    pub(super) stands_rad: f64,
     /// Its angle over the angle commanded.
     gain: f64,
 }
@@ -133,8 +139,14 @@ impl Fin {
             x_row: [1.0, 0.0, 0.0, 0.0, z, -y],
             z_row: [0.0, -sin_phi, cos_phi, cos_phi * y + sin_phi * z, -cos_phi * x, -sin_phi * x],
             effectiveness: 1.0,
+            stands_rad: FREE,
             gain: geometry.gain,
         }
+    }
+
+    /// Where it stands under a command.
+    fn angle(&self, delta: f64) -> f64 {
+        if self.stands_rad == FREE { self.gain * delta } else { self.stands_rad }
     }
 
     fn inflow(&self, v: &Vector6<f64>, delta: f64) -> Inflow {
@@ -142,7 +154,7 @@ impl Fin {
         let u = v[0] + x[4] * v[4] + x[5] * v[5];
         let w = z[1] * v[1] + z[2] * v[2] + z[3] * v[3] + z[4] * v[4] + z[5] * v[5];
         let speed = libm::sqrt(u * u + w * w);
-        let alpha = self.gain * delta + libm::atan2(w, u);
+        let alpha = self.angle(delta) + libm::atan2(w, u);
         let alpha = if alpha.abs() > PI { wrap_angle(alpha) } else { alpha };
         Inflow { effectiveness: self.effectiveness, u, w, speed, alpha }
     }
@@ -167,7 +179,7 @@ impl Fin {
         let inflow = self.inflow(v, delta);
         let mut wrench = Vector6::zeros();
         self.add_wrench(section.force(&inflow, section.slopes(inflow.alpha)), &mut wrench);
-        wrench * self.gain
+        wrench * if self.stands_rad == FREE { self.gain } else { 0.0 }
     }
 
     /// Adds this fin's columns of G_a: the wrench per unit of β1, β2, β3, β4.

@@ -26,7 +26,7 @@ pub use propeller::Propeller;
 pub use restoring::Restoring;
 
 use crate::state::{self, U, VehicleState};
-use fins::{Fin, FinSection};
+use fins::{FREE, Fin, FinSection};
 use nalgebra::{Matrix6x2, SMatrix, Vector3, Vector6};
 
 /// Number of inputs: propeller, top, bottom, port, starboard.
@@ -91,6 +91,19 @@ impl VehicleModel {
     #[must_use]
     pub fn fin_effectiveness(&self) -> [f64; FINS] {
         self.fins.each_ref().map(|fin| fin.effectiveness)
+    }
+
+    /// Fins [top, bottom, port, starboard] that stand at an angle whatever is commanded, rad.
+    pub fn set_standing_fins(&mut self, stands_rad: &[Option<f64>; FINS]) {
+        for (fin, stands_rad) in self.fins.iter_mut().zip(stands_rad) {
+            fin.stands_rad = stands_rad.filter(|angle| angle.is_finite()).unwrap_or(FREE);
+        }
+    }
+
+    /// The angles at which fins stand, rad; none unless set.
+    #[must_use]
+    pub fn standing_fins(&self) -> [Option<f64>; FINS] {
+        self.fins.each_ref().map(|fin| Some(fin.stands_rad).filter(|angle| *angle != FREE))
     }
 
     /// M⁻¹ times a wrench, m/s² and rad/s².

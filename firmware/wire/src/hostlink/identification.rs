@@ -106,6 +106,53 @@ pub struct NamedCause {
     pub probability: f32,
 }
 
+/// What a named cause is used for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum UsedFor {
+    /// It is taken out, or never was in.
+    #[default]
+    Nothing,
+    /// The filter predicts with it.
+    Navigation,
+    /// The controller steers with it too.
+    NavigationAndControl,
+}
+
+/// Why.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum DecisionReason {
+    /// It is named with a probability of 90 % or more.
+    #[default]
+    Sure,
+    /// It is in use, and has another size now.
+    Resized,
+    /// It is named no longer.
+    NotNamed,
+    /// It has not predicted better in ten minutes: it is not used again.
+    NotBetter,
+    /// The filter has started again.
+    Restarted,
+}
+
+/// A decision whether a named cause is used.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Decision {
+    /// Board time, µs.
+    pub time_us: u64,
+    /// The cause, by its number.
+    pub cause: u8,
+    /// Its size, as it is used.
+    pub size: [f32; 2],
+    /// For what, from then on.
+    pub used_for: UsedFor,
+    /// Why.
+    pub reason: DecisionReason,
+    /// By how much it had predicted better since it was taken, ln of the likelihood ratio.
+    pub gain: f32,
+}
+
 /// What the board states of what has changed in flight.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Naming {
@@ -115,6 +162,8 @@ pub struct Naming {
     pub unexplained: bool,
     /// The causes named, the one named first in front.
     pub named: Vec<NamedCause, MAX_NAMED>,
+    /// The last decision whether one is used; none before the first.
+    pub decision: Option<Decision>,
 }
 
 /// What a dive has learnt of the vehicle went to the board's memory, for the next dive.

@@ -15,8 +15,8 @@ pub use codec::{CRC, Decoder, Frame, MAX_FRAME, MAX_MESSAGE, encode};
 pub use crash::Crash;
 pub use health::{BoardLog, Hardware, Health, LogState, Oscillator, Stack};
 pub use identification::{
-    Activity, Estimate, Estimates, FaultCause, FaultDiagnosis, FaultReport, FaultState, Identification, LearntStored,
-    MAX_ESTIMATES, MAX_NAMED, NamedCause, Naming, Visibility,
+    Activity, Decision, DecisionReason, Estimate, Estimates, FaultCause, FaultDiagnosis, FaultReport, FaultState,
+    Identification, LearntStored, MAX_ESTIMATES, MAX_NAMED, NamedCause, Naming, UsedFor, Visibility,
 };
 pub use messages::{
     Chunk, FromBoard, FusionTelemetry, MAX_CHUNKS, MAX_FENCE_CORNERS, MAX_PPS, Mode, ModeReason, ParameterInfo, Port,

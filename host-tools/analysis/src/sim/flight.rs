@@ -1,6 +1,6 @@
 //! A mission flown in the simulator.
 
-use super::flown::{Flown, REPORT, SESSION};
+use super::flown::{Flown, REPORT, SESSION, VEHICLE};
 use super::report;
 use super::ship::{self, TopsideKind};
 use super::trial;
@@ -23,6 +23,9 @@ use hil_sim::flight;
 use hil_sim::scenario::{Request, Scenario, Settings};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
+
+/// What the head of the vehicle's file says.
+const DECLARED: &str = "the vehicle that the backseat was given";
 
 /// What to fly.
 #[derive(Clone, Debug, Default)]
@@ -97,6 +100,7 @@ pub fn fly(
     let mut client = Client::new(backseat);
     client.hello()?;
     client.record(session(options, &scenario, &folder)?)?;
+    scenario.declared_vehicle().write(&folder.join(VEHICLE), DECLARED, Existing::Replace)?;
     let Settings { effects, faults, .. } = &scenario.settings;
     let effects = effects.as_slice();
     if !faults.is_empty() {
@@ -222,7 +226,7 @@ fn session(options: &Options, scenario: &Scenario, folder: &Path) -> anyhow::Res
             bytes: text.into_bytes(),
         })
     };
-    attach("vehicle.toml", scenario.declared_vehicle().to_toml("the vehicle that the backseat was given"))?;
+    attach(VEHICLE, scenario.declared_vehicle().to_toml(DECLARED))?;
     if let Some(path) = options.scenario.as_ref().filter(|path| path.is_file()) {
         attach("scenario.toml", std::fs::read_to_string(path).with_context(|| path.display().to_string())?)?;
     }

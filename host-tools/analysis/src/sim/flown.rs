@@ -8,6 +8,8 @@ use std::path::PathBuf;
 
 /// The session log: all that passed over the ports.
 pub const SESSION: &str = "session.mcap";
+/// The vehicle that the backseat was given.
+pub const VEHICLE: &str = "vehicle.toml";
 /// The report.
 pub const REPORT: &str = "report.html";
 

@@ -2,6 +2,7 @@
 
 use super::figures;
 use super::flown::{Flown, REPORT, SESSION};
+use super::named;
 use super::topside_score;
 use crate::flight_score::{self, Analysis, Configuration};
 use crate::track_score::TrackScore;
@@ -34,6 +35,14 @@ pub fn report(flown: &Flown) -> Report {
     let stated = figures::stated(flight);
     if let Some(table) = level::table(&stated) {
         report = report.table(table);
+    }
+    if let Some(table) = named::table(flown) {
+        report = report
+            .table(table)
+            .on_terminal()
+            .text("What the log of this flight says of it, some minutes for each hour:")
+            .command(&named::command(flown))
+            .everywhere();
     }
     if !scenario.settings.faults.is_empty() {
         report = report.table(faults_table(scenario));
@@ -206,6 +215,7 @@ fn json(flown: &Flown) -> Value {
         "depth_m": track(|track| &track.depth),
         "nis": analysis.configurations.first().map(nis),
         "level": level::json(&figures::stated(flight)),
+        "naming": named::json(flown),
         "topside": topside_score::json(flight),
         "companion": companion.as_ref().map(topside_score::companion_json),
         "finished": matches!(ending, Ending::Flown),

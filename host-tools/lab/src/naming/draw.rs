@@ -66,15 +66,19 @@ pub fn drawn(seed: u64, minutes: f64) -> anyhow::Result<Drawn> {
             changes.push(change);
         }
     }
+    let texts: Vec<&str> = changes.iter().map(|change| change.text.as_str()).collect();
+    let scenario = survey(seed, minutes, &texts.join("\n"))?;
+    Ok(Drawn { kind, changes, scenario })
+}
+
+/// The default survey with a seed, an end and more text.
+pub fn survey(seed: u64, minutes: f64, more: &str) -> anyhow::Result<Scenario> {
     let duration_s = 60.0 * minutes;
     let mut text = SURVEY.replace("\nseed = 1\n", &format!("\nseed = {seed}\n"));
     text = text.replace("duration_s = 12_000.0", &format!("duration_s = {duration_s:?}"));
-    for change in &changes {
-        text.push('\n');
-        text.push_str(&change.text);
-    }
-    let scenario = Scenario::with_built_in_vehicle(&text, &format!("naming_{seed}.toml")).context(text.clone())?;
-    Ok(Drawn { kind, changes, scenario })
+    text.push('\n');
+    text.push_str(more);
+    Scenario::with_built_in_vehicle(&text, &format!("naming_{seed}.toml")).context(text.clone())
 }
 
 fn change(text: String, cause: Option<Cause>, size: f64, time_s: f64) -> Change {

@@ -6,6 +6,7 @@
 mod draw;
 mod fly;
 mod page;
+mod using;
 
 use crate::ensemble::{PartArgs, all_runs};
 use crate::store::{Key, version};
@@ -26,6 +27,9 @@ pub struct Args {
     /// End each flight after this simulated time
     #[arg(long, value_name = "MIN", default_value_t = 200.0)]
     minutes: f64,
+    /// What is gained where this is named and used: each flight named only, used by the filter, and by both
+    #[arg(long, value_name = "CAUSE")]
+    using: Option<using::Change>,
     /// Write the page to this file (Markdown)
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
@@ -41,6 +45,9 @@ pub struct Args {
 /// # Errors
 /// A flight that fails, a file that cannot be written.
 pub fn run(args: &Args) -> anyhow::Result<()> {
+    if let Some(change) = args.using {
+        return using::run(args, change);
+    }
     let flights: Vec<(Key, Drawn)> = (args.seed..args.seed + args.runs)
         .map(|seed| Ok(((String::new(), seed), drawn(seed, args.minutes)?)))
         .collect::<anyhow::Result<_>>()?;

@@ -442,7 +442,6 @@ mod tests {
         let uplink = |source: u8, synchronous: bool| {
             let state = VehicleState {
                 source,
-                sequence: 7,
                 transmit_s: 1_795_176_000, // 20 November 2026, 12:00:00
                 position_deg: [41.5, -70.5],
                 velocity_mps: [1.0, 0.0],
@@ -453,6 +452,7 @@ mod tests {
                 level_m: [None; 2],
                 mode: 3,
                 synchronous,
+                named: backseat_wire::named::Named::NOTHING,
             };
             let mut buffer = [0; backseat_wire::vehicle_state::AUTHENTIC_LENGTH];
             let bytes = state.emit(&backseat_wire::ship_state::Key::NONE, &mut buffer).unwrap();

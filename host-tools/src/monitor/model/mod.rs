@@ -270,7 +270,7 @@ impl Model {
             FromBoard::Ship(ship) => self.ship = Some(ship),
             FromBoard::Estimates(record) => self.estimates = Some(record),
             FromBoard::Naming(naming) => {
-                let is_new = words::is_new(self.naming.as_ref(), &naming);
+                let is_new = backseat_link::named::is_new(self.naming.as_ref(), &naming);
                 let (severity, text) = words::naming(&naming);
                 self.naming = Some(naming);
                 if is_new {

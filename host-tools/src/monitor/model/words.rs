@@ -1,11 +1,10 @@
 //! A board's codes in words.
 
 use super::Severity;
-use backseat_core::effects::FIN_NAMES;
-use backseat_core::navigation::naming::Cause;
+use backseat_link::named;
 use backseat_wire::hostlink::{
-    Activity, FaultCause, FaultDiagnosis, FaultReport, FaultState, LearntStored, LogState, Mode, ModeReason,
-    NamedCause, Naming, Oscillator, Port,
+    Activity, FaultCause, FaultDiagnosis, FaultReport, FaultState, LearntStored, LogState, Mode, ModeReason, Naming,
+    Oscillator, Port,
 };
 
 /// Hours, minutes, seconds of UTC; without it the board's own time.
@@ -111,42 +110,10 @@ fn diagnosis_text(diagnosis: &FaultDiagnosis) -> String {
     format!("{}, {size}{rival} (confidence {:.2})", cause(diagnosis.cause), diagnosis.confidence)
 }
 
-/// A record names other causes than the one before it.
-pub fn is_new(before: Option<&Naming>, now: &Naming) -> bool {
-    let causes =
-        |naming: &Naming| (naming.unexplained, naming.named.iter().map(|named| named.cause).collect::<Vec<_>>());
-    before.is_none_or(|before| causes(before) != causes(now))
-}
-
 /// What the board names of what has changed.
 pub fn naming(naming: &Naming) -> (Severity, String) {
-    let causes = naming.named.iter().filter_map(named).collect::<Vec<_>>().join("; beside it ");
-    match (naming.unexplained, naming.named.is_empty()) {
-        (true, true) => (Severity::Warning, "something has changed; none of the known causes explains it".to_owned()),
-        (true, false) => {
-            (Severity::Warning, format!("something has changed; no known cause explains it, the nearest is {causes}"))
-        }
-        (false, true) => (Severity::Info, "nothing is named any longer".to_owned()),
-        (false, false) => (Severity::Warning, format!("changed: {causes}")),
-    }
-}
-
-fn named(named: &NamedCause) -> Option<String> {
-    let cause = Cause::from_number(named.cause)?;
-    let numbers = cause.numbers().into_iter().zip(named.size.iter().zip(&named.sigma));
-    let sizes = numbers.filter(|((name, _), _)| !name.is_empty()).map(|((name, _), (size, sigma))| {
-        format!("{name} {size:.3} ({:.3} to {:.3})", size - 1.96 * sigma, size + 1.96 * sigma)
-    });
-    let sizes = sizes.collect::<Vec<_>>().join(", ");
-    let rival = Cause::from_number(named.rival).map(|rival| format!(", or {}", cause_name(rival))).unwrap_or_default();
-    let (since_s, probability) = (named.since_us as f64 * 1e-6, named.probability);
-    Some(format!("{}, {sizes}, since {since_s:.0} s{rival} (probability {probability:.2})", cause_name(cause)))
-}
-
-/// Name of a cause, with its fin.
-pub fn cause_name(cause: Cause) -> String {
-    let fin = cause.fin().and_then(|fin| FIN_NAMES.get(fin)).map(|fin| format!(" {fin}")).unwrap_or_default();
-    format!("{}{fin}", cause.name())
+    let (is_warning, text) = named::sentence(naming);
+    (if is_warning { Severity::Warning } else { Severity::Info }, text)
 }
 
 /// Name of a fault.

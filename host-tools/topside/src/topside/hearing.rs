@@ -66,11 +66,14 @@ impl Topside {
         self.note(Event::Uplink { state, range_m });
         let ship = flight_us.and_then(|us| self.ship_at(launch_us.saturating_add_signed(us)));
         let Some(track) = self.tracks.iter_mut().find(|track| track.vehicle == state.source) else { return };
-        track.report_heard(&state, position_m);
+        let names_others = track.report_heard(&state, position_m);
         if let (Some(range_m), Some(ship)) = (range_m, ship) {
             let (sigma_m, depth_m) = (self.config.range_sigma_m, self.config.transducer_depth_m);
             let ranging = track.range_measured(launch_us, range_m, sigma_m, &ship, depth_m, false);
             self.note(Event::Range(ranging));
+        }
+        if names_others {
+            self.note(Event::Named { vehicle: state.source, named: state.named });
         }
     }
 

@@ -17,7 +17,7 @@
 mod mixture;
 
 use super::evidence::Evidence;
-use crate::dynamics::{ActuatorInput, VehicleModel};
+use crate::dynamics::{ActuatorInput, FINS, VehicleModel};
 use crate::navigation::algebra::observer::Observer;
 use crate::navigation::filter::cekf::Filter;
 use crate::navigation::integrity::{Aiding, Followed};
@@ -176,6 +176,16 @@ impl Navigator {
         if let Some(steady) = self.others.get_mut(STEADY) {
             steady.filter.start_from(learnt);
         }
+    }
+
+    /// Takes fins as broken from now on, the nominal filter apart: the shares of lift and drag that they have, 1 for a
+    /// whole fin, and the angles at which they stand, rad.
+    pub fn set_fins(&mut self, shares: &[f64; FINS], stands_rad: &[Option<f64>; FINS]) {
+        self.main.set_fins(shares, stands_rad);
+        if let Some(steady) = self.others.get_mut(STEADY) {
+            steady.filter.set_fins(shares, stands_rad);
+        }
+        self.mix();
     }
 
     /// Makes the ship known (again) at the filter's present time; ship clones are forgotten.

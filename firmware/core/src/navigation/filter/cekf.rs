@@ -1,7 +1,8 @@
 //! The filter itself: state and covariance, and access to them.
 
 use super::effects::Effects;
-use crate::dynamics::VehicleModel;
+use crate::dynamics::{FINS, VehicleModel};
+use crate::identification::theta::{BETA1, BETA5, D11, M11};
 use crate::navigation::algebra::covariance::{Covariance, ROWS, Vector};
 use crate::navigation::algebra::digest::Digest;
 use crate::navigation::algebra::discretisation::Discretisation;
@@ -173,6 +174,35 @@ impl Filter {
         self.failure = None;
         self.initialised = true;
         Ok(())
+    }
+
+    /// Takes fins as broken from now on: the shares of lift and drag that they have, the angles at which they stand. What
+    /// was estimated of the vehicle's handling explained others by something else: it begins anew from its prior, unless
+    /// only a size has changed.
+    pub(crate) fn set_fins(&mut self, shares: &[f64; FINS], stands_rad: &[Option<f64>; FINS]) {
+        let Some(model) = &mut self.model else { return };
+        let broken = |model: &VehicleModel| {
+            (model.fin_effectiveness().map(|share| share != 1.0), model.standing_fins().map(|angle| angle.is_some()))
+        };
+        let before = broken(model);
+        model.set_fin_effectiveness(shares);
+        model.set_standing_fins(stands_rad);
+        if broken(model) == before {
+            return;
+        }
+        let n = self.dimension();
+        for (at, state) in (EFFECTS..).zip(self.config.effect_states.iter()) {
+            let is_of_handling = match state.parameter {
+                StateParameter::LogFactor(j) => ![M11, D11, BETA1, BETA5].contains(&usize::from(j)),
+                StateParameter::FinTrim(_) => true,
+                _ => false,
+            };
+            if is_of_handling {
+                self.x.set_tail(at, &[0.0]);
+                (0..n).for_each(|other| self.p.set(at, other, 0.0));
+                self.p.set(at, at, state.initial_sigma * state.initial_sigma);
+            }
+        }
     }
 
     /// Makes the ship known (again) at the filter's present time; ship clones are forgotten.

@@ -56,6 +56,9 @@ pub enum Cause {
 /// How many there are.
 pub(super) const CAUSES: usize = 3 * FINS + 17;
 
+/// The least share that a fin loses.
+const LEAST_LOST: f64 = 0.05;
+
 /// All of them.
 pub const ALL: [Cause; CAUSES] = {
     let mut all = [Cause::ThrustLost; CAUSES];
@@ -172,10 +175,20 @@ impl Cause {
             Self::ShipMisplaced => ("ship_position", ["north_m", "east_m"], ["m", "m"]),
         }
     }
+
+    /// Whether there is such a size: a share that is lost is positive.
+    pub(super) fn is_possible(self, size: &[f64; 2]) -> bool {
+        !matches!(self, Self::FinLost(_)) || size[0] > LEAST_LOST
+    }
+
     /// What it is made of, if it began at `onset_h`, hours since the sums began.
     pub(super) const fn parts(self, onset_h: f64) -> [Option<Part>; 2] {
         match self {
-            Self::FinLost(fin) => [Some(part(FIN_LOST + fin as usize, 0.5)), None],
+            Self::FinLost(fin) => {
+                let lost = Part { mean: 0.5, ..part(FIN_LOST + fin as usize, 0.3) };
+                // no sensor says how the hull drifts and heaves: the inflow at it is off by some tenths of a degree
+                [Some(lost), Some(part(FIN_ANGLE + fin as usize, 0.01))]
+            }
             Self::FinStuck(fin) => {
                 let command = Part { mean: 1.0, ..part(FIN_COMMAND + fin as usize, 0.03) };
                 [Some(part(FIN_ANGLE + fin as usize, 0.1)), Some(command)]

@@ -2,6 +2,7 @@
 
 mod candidate;
 mod causes;
+mod coarse;
 mod columns;
 mod evidence;
 mod onset;
@@ -9,8 +10,10 @@ mod scatter;
 mod sensitivities;
 mod statement;
 mod sums;
+mod taken;
 #[cfg(test)]
 mod tests;
+mod used;
 mod watch;
 
 pub use causes::{ALL as CAUSES, Cause};

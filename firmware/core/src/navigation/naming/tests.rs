@@ -249,6 +249,50 @@ fn val_what_changed_is_named_with_its_size() {
     assert!(wrong.is_empty(), "{wrong:#?}");
 }
 
+/// Uses what is named first, its size times a factor.
+struct Used {
+    naming: Box<Naming>,
+    factor: f64,
+    is_used: bool,
+}
+
+impl Watch for Used {
+    type Seen = Sensitivities;
+
+    fn begin(&mut self, _: &Filter) {}
+
+    fn will_fuse(&mut self, filter: &Filter, measurement: &Measurement, t_s: f64) -> &mut Sensitivities {
+        Watch::will_fuse(&mut *self.naming, filter, measurement, t_s)
+    }
+
+    fn will_predict(&mut self, filter: &Filter, input: &ActuatorInput, t_s: f64) -> &mut Sensitivities {
+        Watch::will_predict(&mut *self.naming, filter, input, t_s)
+    }
+
+    fn step(&mut self, filter: &Filter) {
+        self.naming.step(Some(filter));
+        if let Some(Statement { named: [Some(mut named), _], .. }) = self.naming.take_statement()
+            && !self.is_used
+        {
+            named.size = named.size.map(|size| self.factor * size);
+            self.naming.follow(Some(&named));
+            self.is_used = true;
+        }
+    }
+}
+
+#[test]
+fn val_a_right_cause_predicts_better_and_a_wrong_one_worse() {
+    for (factor, better) in [(1.0, true), (-1.0, false), (3.0, false)] {
+        let mut watch = Used { naming: Box::new(Naming::new()), factor, is_used: false };
+        fly((FIN_LOST, 0.6), 600.0, 25, Some(Random(7)), &mut watch);
+        let gain = watch.naming.gain().expect("it is used, and its onset kept");
+        assert!(if better { gain > 20.0 } else { gain < -20.0 }, "{factor}: {gain}");
+        watch.naming.follow(None);
+        assert_eq!(watch.naming.gain(), None);
+    }
+}
+
 #[test]
 fn val_drag_and_thrust_at_one_speed_are_each_others_rival() {
     let statement = stated(THRUST, 0.2);

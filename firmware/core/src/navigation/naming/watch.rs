@@ -3,16 +3,17 @@
 use super::candidate::Candidate;
 use super::causes::{ALL, CAUSES, Cause};
 use super::columns::COLUMNS;
-use super::evidence::{BESIDE, Factor, Number, Weighed};
-use super::onset::{Onset, REMEMBERED};
+use super::evidence::{Factor, Number, Weighed};
+use super::onset::REMEMBERED;
 use super::scatter::Scatter;
 use super::sensitivities::{ONSETS, Sensitivities};
 use super::statement::{Named, Statement};
+use super::taken::{Taken, colour_of, numbers};
+use super::used::Used;
 use crate::dynamics::ActuatorInput;
 use crate::navigation::filter::cekf::Filter;
 use crate::navigation::interface::measurement::Measurement;
 use crate::state::{VEHICLE_STATES, VehicleState, Z};
-use heapless::Vec;
 
 /// Length of a block, µs of counted time.
 const BLOCK_US: u64 = 20_000_000;
@@ -41,22 +42,6 @@ const UNEXPLAINED_DWELL: u16 = 15;
 const NOT_LINEAR_SHARE: f64 = 0.01;
 /// A rival is stated that is at least so probable.
 const RIVAL: f64 = 0.01;
-
-/// A cause since an onset, by its place in the table; 0 and all bytes zero: none.
-#[derive(Clone, Copy)]
-struct Taken {
-    /// And one.
-    place: u8,
-    time_us: u64,
-}
-
-impl Taken {
-    const NONE: Self = Self { place: 0, time_us: 0 };
-
-    fn cause(&self) -> Option<Cause> {
-        ALL.get(usize::from(self.place).checked_sub(1)?).copied()
-    }
-}
 
 /// What is to be done in the next step.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -104,6 +89,8 @@ pub struct Naming {
     is_new: bool,
     /// The last statement named something.
     was_named: bool,
+    /// The cause that the filter or the controller uses.
+    used: Used,
 }
 
 impl Naming {
@@ -134,6 +121,7 @@ impl Naming {
             unexplained: false,
             is_new: false,
             was_named: false,
+            used: Used::NONE,
         }
     }
 
@@ -152,6 +140,7 @@ impl Naming {
         (self.unexplained, self.is_new, self.was_named) = (false, false, false);
         (self.leading, self.streaks, self.left_over) = ([0; 2], [0; 2], 0);
         self.taken = [Taken::NONE; 2];
+        self.used = Used::NONE;
         self.started = true;
     }
 
@@ -247,6 +236,24 @@ impl Naming {
         Some(Statement { time_us, named, unexplained: self.unexplained })
     }
 
+    /// Somebody uses a cause from now on, or none.
+    pub fn follow(&mut self, named: Option<&Named>) {
+        let Self { sensitivities, used, start_us, .. } = self;
+        let onset = named.and_then(|named| sensitivities.onsets().iter().find(|own| own.time_us == named.since_us));
+        *used = match (named, onset, sensitivities.onsets().last()) {
+            (Some(named), Some(onset), Some(newest)) => Used::new(named, onset, &newest.sums, *start_us),
+            _ => Used::NONE,
+        };
+    }
+
+    /// By how much the cause in use has predicted better than none since it is used, ln of the likelihood ratio.
+    #[must_use]
+    pub fn gain(&self) -> Option<f64> {
+        let onsets = self.sensitivities.onsets();
+        let onset = onsets.iter().find(|own| self.used.is_used() && own.time_us == self.used.onset_us)?;
+        Some(self.used.gain(onset, &onsets.last()?.sums, self.start_us))
+    }
+
     /// ln of the odds of each cause against no change, its best size and onset, for a study.
     pub fn odds(&self) -> impl Iterator<Item = (Cause, f64, [f64; 2], u64)> + '_ {
         ALL.iter().zip(&self.candidates).map(|(cause, candidate)| {
@@ -321,7 +328,8 @@ impl Naming {
     fn thin(&mut self, now_us: u64) {
         let mut least = (f64::INFINITY, 0);
         for (i, [before, own, after]) in self.sensitivities.onsets().array_windows().enumerate() {
-            if self.taken.iter().all(|taken| taken.time_us != own.time_us) {
+            let is_needed = self.used.is_used() && self.used.onset_us == own.time_us;
+            if !is_needed && self.taken.iter().all(|taken| taken.time_us != own.time_us) {
                 let age_us = now_us.saturating_sub(own.time_us).saturating_add(BLOCK_US);
                 let gap = after.time_us.saturating_sub(before.time_us) as f64 / age_us as f64;
                 if gap < least.0 {
@@ -354,7 +362,9 @@ impl Naming {
         for (cause, candidate) in ALL.iter().zip(candidates) {
             let colour = colour_of(*cause, onset_h, &onset.colour);
             let weighed = factor.weigh(&newest.sums, (*cause, onset_h), onset, &beside, colour);
-            candidate.take(onset.time_us, spacing_h, &weighed);
+            if cause.is_possible(&weighed.size) {
+                candidate.take(onset.time_us, spacing_h, &weighed);
+            }
         }
         factor.close(there);
     }
@@ -467,29 +477,4 @@ impl Default for Naming {
     fn default() -> Self {
         Self::new()
     }
-}
-
-/// The numbers of the causes taken, and with `states` what they have done to the estimate within their first block.
-fn numbers<'a>(taken: &[Taken; 2], onsets: &'a [Onset], start_us: u64, states: bool) -> Vec<Number<'a>, BESIDE> {
-    let mut numbers = Vec::new();
-    for own in taken {
-        let onset = onsets.iter().find(|onset| onset.time_us == own.time_us);
-        if let (Some(cause), Some(onset)) = (own.cause(), onset) {
-            let onset_h = onset.time_us.saturating_sub(start_us) as f64 / 3.6e9;
-            let states = if states { 0..REMEMBERED.len() } else { 0..0 }.map(|m| Number::State(m, onset));
-            let parts = cause.parts(onset_h).into_iter().flatten().map(|part| Number::Change(part, onset));
-            // two causes of two numbers each have room
-            states.chain(parts).for_each(|number| {
-                let _ = numbers.push(number);
-            });
-        }
-    }
-    numbers
-}
-
-/// The largest scatter of the columns that a cause is made of.
-fn colour_of(cause: Cause, onset_h: f64, colour: &[f64; COLUMNS]) -> f64 {
-    let columns = cause.parts(onset_h).into_iter().flatten().flat_map(|part| part.direction);
-    let used = columns.filter(|(_, weight)| *weight != 0.0);
-    used.map(|(column, _)| colour.get(column).copied().unwrap_or(1.0)).fold(1.0, f64::max)
 }

@@ -3,7 +3,7 @@
 use super::simulation::check_limits;
 use crate::random::Random;
 use backseat_core::control::ControlError::{Gains, OutOfRange};
-use backseat_core::control::allocation::{Datum, Moments, allocate};
+use backseat_core::control::allocation::{Datum, Moments, allocate, allocate_to};
 use backseat_core::control::limits::{ActuatorLimits, Limiter};
 use backseat_core::control::mission::{
     Lawnmower, MAX_WAYPOINTS, Mission, MissionError, MissionStatus, Progress, Waypoint,
@@ -163,6 +163,39 @@ fn val_allocation_gives_the_moments_asked_for() {
                 let roll = (got[3] - roll_base - wanted.roll_nm).abs();
                 assert!(pitch < 0.05 && yaw < 0.05 && roll < 0.05, "{round} {method:?}: {roll} {pitch} {yaw}");
             }
+        }
+    }
+}
+
+#[test]
+fn val_three_fins_give_the_moments_of_four() {
+    let model = model();
+    let mut scatter = Random(5);
+    for round in 0..200 {
+        let mut rates = || 0.03 * scatter.within(1.0);
+        let v = Vector6::new(1.0 + rates(), rates(), rates(), rates(), rates(), rates());
+        let wanted = Moments { roll_nm: 0.0, pitch_nm: 40.0 * rates(), yaw_nm: 40.0 * rates() };
+        let trim = [0.0, 0.0, 0.02, -0.02];
+        let base: Vector6<f64> = model.fin_wrenches(&v, &trim).iter().sum();
+        let broken = round % 4;
+        for stands_rad in [None, Some(0.04)] {
+            let (mut shares, mut stands) = ([1.0; 4], [None; 4]);
+            match stands_rad {
+                None => shares[broken] = 0.0,
+                Some(_) => stands[broken] = stands_rad,
+            }
+            let mut actual = model.clone();
+            actual.set_fin_effectiveness(&shares);
+            actual.set_standing_fins(&stands);
+            // what stands is as if it were commanded there, whatever is
+            let own = |model: &VehicleModel, angle| model.fin_wrenches(&v, &[angle; 4])[broken];
+            let expected = stands_rad.map_or(Vector6::zeros(), |angle| own(&model, angle));
+            assert_eq!(own(&actual, -0.1), expected);
+            let fins = allocate_to(&actual, &model, &v, &wanted, &Datum::Above(trim), 0.5);
+            let got: Vector6<f64> = actual.fin_wrenches(&v, &fins).iter().sum();
+            let off = [got[3] - base[3], got[4] - base[4] - wanted.pitch_nm, got[5] - base[5] - wanted.yaw_nm];
+            assert!(off.iter().all(|off| off.abs() < 0.06), "{round} {stands_rad:?}: {off:?}");
+            assert!((fins[broken] - trim[broken]).abs() < 1e-6, "it is not commanded: {fins:?}");
         }
     }
 }

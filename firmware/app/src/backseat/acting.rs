@@ -1,0 +1,53 @@
+//! Carries out what follows from a cause that is named.
+
+use super::Backseat;
+use crate::consequences::{self, Change, WHOLE};
+use crate::estimator::Estimator;
+use crate::parameters::{NamingUse, Settings};
+use crate::steering::Steering;
+use backseat_core::dynamics::VehicleModel;
+use backseat_core::navigation::naming::Named;
+
+impl Backseat {
+    /// What follows from what is named.
+    #[inline(never)]
+    pub(super) fn draw_consequences(&mut self, now_us: u64) {
+        let Self { estimator, consequences, parameters, steering, .. } = self;
+        let settings = parameters.active();
+        if !estimator.navigator().is_initialised() && consequences.is_used() {
+            consequences.restart(now_us);
+            return use_cause(None, settings, estimator, steering);
+        }
+        let Some(statement) = estimator.take_statement() else { return };
+        consequences.told.set(statement);
+        match consequences.judge(&statement, estimator.naming().gain(), settings.app.naming) {
+            Some(Change::Take(named)) => {
+                use_cause(Some(&named), settings, estimator, steering);
+                estimator.judge_use_of(Some(&named));
+            }
+            Some(Change::Resize(named)) => use_cause(Some(&named), settings, estimator, steering),
+            Some(Change::Drop) => {
+                use_cause(None, settings, estimator, steering);
+                estimator.judge_use_of(None);
+            }
+            None => {}
+        }
+    }
+}
+
+/// Lets filter and controller use a cause, or none; the controller only as far as that is permitted.
+#[inline(never)] // the model is not to stay on the stack under a step
+fn use_cause(named: Option<&Named>, settings: &Settings, estimator: &mut Estimator, steering: &mut Steering) {
+    let fins = named.and_then(consequences::fins_with);
+    estimator.set_fins(&fins.unwrap_or(WHOLE));
+    if settings.app.naming != NamingUse::All {
+        return;
+    }
+    if fins.is_none() {
+        let vehicle = named.and_then(|named| consequences::vehicle_with(named, settings));
+        if let Some(model) = vehicle.or_else(|| VehicleModel::new(&settings.vehicle).ok()) {
+            steering.set_model(&model);
+        }
+    }
+    steering.set_fins(&fins.unwrap_or(WHOLE));
+}
