@@ -14,6 +14,8 @@ pub struct MissionCase {
     apply: fn(&mut Scenario, &mut Stream),
     /// The app and the filters may fuse body rates (0.5 degree/s).
     pub rates: bool,
+    /// The filters take the DVL, for as long as there is one.
+    pub has_dvl: bool,
     /// Errors count from here on, s.
     pub from_s: f64,
     /// The world is as declared: the kinematic filters of the thesis and the bounds are in the table as well.
@@ -29,6 +31,7 @@ const DEFAULT: MissionCase = MissionCase {
     about: "",
     apply: |_, _| {},
     rates: false,
+    has_dvl: false,
     from_s: 0.0,
     is_declared: false,
     shows_end: false,
@@ -153,6 +156,7 @@ pub const CASES: &[MissionCase] = &[
             s.settings.backseat.dvl = true;
             s.settings.sensors.dvl.until_s = Some(DVL_S);
         },
+        has_dvl: true,
         from_s: DVL_S,
         ..DEFAULT
     },

@@ -25,7 +25,7 @@ pub fn bounds(case: &MissionCase, declared: &VehicleFile) -> Vec<(&'static str, 
 fn base(case: &MissionCase, declared: &VehicleFile, model: ProcessModel) -> FilterOptions {
     let mut options = FilterOptions::new(declared, model);
     options.ship = ShipSource::Packet;
-    options.use_dvl = case.from_s > 0.0;
+    options.use_dvl = case.has_dvl;
     options.use_rates = case.rates;
     options.use_range_rate = false;
     options
