@@ -11,7 +11,6 @@ use backseat_estimation::filter::{self, FilterRun, TrackSample};
 use backseat_link::board::mode_reason;
 use backseat_logs::Truth;
 use backseat_logs::stats::ErrorSummary;
-use backseat_wire::hostlink::Mode;
 use hil_sim::ending::Ending;
 use hil_sim::flight::FlightLog;
 use hil_sim::scenario::Scenario;
@@ -141,7 +140,7 @@ impl MissionRun {
         let flight = flights::fly(scenario)?;
         let ending = Ending::of(scenario, &flight);
         if !matches!(ending, Ending::Flown | Ending::Unfinished) {
-            let stop = flight.modes.iter().rfind(|change| change.mode == Mode::Safe);
+            let stop = flight.modes.last();
             let why = stop.map_or(String::new(), |stop| {
                 format!(", {} at {:.0} s", mode_reason(stop.reason), stop.time_us as f64 * 1e-6)
             });
