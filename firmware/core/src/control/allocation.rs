@@ -75,7 +75,7 @@ pub fn allocate(
     datum: &Datum,
     limit_rad: f64,
 ) -> [f64; FINS] {
-    if v[0] < MIN_SURGE_MPS || !v.iter().all(|x| x.is_finite()) {
+    if !has_way(v) {
         return [0.0; FINS];
     }
     let target = target_wrench(model, v, moments, datum);
@@ -97,10 +97,15 @@ pub fn allocate_to(
     datum: &Datum,
     limit_rad: f64,
 ) -> [f64; FINS] {
-    if v[0] < MIN_SURGE_MPS || !v.iter().all(|x| x.is_finite()) {
+    if !has_way(v) {
         return [0.0; FINS];
     }
     least_squares(actual, v, &target_wrench(model, v, moments, datum), datum, limit_rad)
+}
+
+/// Whether fins have an effect at body velocity `v`.
+fn has_way(v: &Vector6<f64>) -> bool {
+    v[0] >= MIN_SURGE_MPS && v.iter().all(|x| x.is_finite())
 }
 
 /// Wanted sum of the fin wrenches.

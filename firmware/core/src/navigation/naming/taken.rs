@@ -1,6 +1,6 @@
 //! Causes that are taken as there while others are weighed.
 
-use super::causes::{ALL, Cause};
+use super::causes::Cause;
 use super::columns::COLUMNS;
 use super::evidence::{BESIDE, Number};
 use super::onset::{Onset, REMEMBERED};
@@ -18,7 +18,7 @@ impl Taken {
     pub(super) const NONE: Self = Self { place: 0, time_us: 0 };
 
     pub(super) fn cause(&self) -> Option<Cause> {
-        ALL.get(usize::from(self.place).checked_sub(1)?).copied()
+        Cause::from_number(self.place)
     }
 }
 

@@ -7,7 +7,7 @@
 //!
 //! and nothing is fitted to it.
 
-use super::causes::{ALL, Cause};
+use super::causes::Cause;
 use super::onset::Onset;
 use super::statement::Named;
 use super::sums::Sums;
@@ -37,13 +37,9 @@ impl Used {
         self.place > 0
     }
 
-    fn cause(&self) -> Option<Cause> {
-        ALL.get(usize::from(self.place).checked_sub(1)?).copied()
-    }
-
     /// δᵀ Σ a e and δᵀ Σ a aᵀ δ since the onset.
     fn sums(&self, onset: &Onset, total: &Sums, start_us: u64) -> [f64; 2] {
-        let Some(cause) = self.cause() else { return [0.0; 2] };
+        let Some(cause) = Cause::from_number(self.place) else { return [0.0; 2] };
         let parts = cause.parts(onset.time_us.saturating_sub(start_us) as f64 / 3.6e9);
         let mut sums = [0.0; 2];
         for (part, size) in parts.iter().zip(self.size) {
