@@ -2,6 +2,7 @@
 
 use backseat_core::effects::FIN_NAMES;
 use backseat_core::navigation::naming::Cause;
+use backseat_logs::stats::Z_95;
 use backseat_wire::hostlink::{Decision, DecisionReason, NamedCause, Naming, UsedFor};
 use backseat_wire::named::{MOST_STEPS, NONE_OF_THESE, Named};
 use serde_json::{Map, Value, json};
@@ -71,11 +72,19 @@ pub fn decided(decision: &Decision) -> String {
 /// Its numbers with their intervals of 95 %.
 #[must_use]
 pub fn sizes(cause: Cause, named: &NamedCause) -> String {
-    let numbers = cause.numbers().into_iter().zip(named.size.iter().zip(&named.sigma));
-    let sizes = numbers.filter(|((name, _), _)| !name.is_empty()).map(|((name, _), (size, sigma))| {
-        format!("{name} {size:.3} ({:.3} to {:.3})", size - 1.96 * sigma, size + 1.96 * sigma)
-    });
+    let sizes =
+        intervals(cause, named).map(|(name, size, [low, high])| format!("{name} {size:.3} ({low:.3} to {high:.3})"));
     sizes.collect::<Vec<_>>().join(", ")
+}
+
+/// Name, value and interval of 95 % of each of its numbers.
+fn intervals(cause: Cause, named: &NamedCause) -> impl Iterator<Item = (&'static str, f32, [f32; 2])> {
+    let numbers = cause.numbers().into_iter().zip(named.size.into_iter().zip(named.sigma));
+    let half = |sigma: f32| Z_95 as f32 * sigma;
+    let of = move |((name, _), (size, sigma)): ((&'static str, _), (f32, f32))| {
+        (name, size, [size - half(sigma), size + half(sigma)])
+    };
+    numbers.map(of).filter(|(name, ..)| !name.is_empty())
 }
 
 /// What a record names.
@@ -83,10 +92,8 @@ pub fn sizes(cause: Cause, named: &NamedCause) -> String {
 pub fn object(naming: &Naming) -> Value {
     let named = naming.named.iter().filter_map(|named| {
         let cause = Cause::from_number(named.cause)?;
-        let sizes = cause.numbers().into_iter().zip(named.size.iter().zip(&named.sigma));
-        let sizes = sizes.filter(|((name, _), _)| !name.is_empty()).map(|((name, _), (size, sigma))| {
-            (name.to_owned(), json!({ "value": size, "ci95": [size - 1.96 * sigma, size + 1.96 * sigma] }))
-        });
+        let sizes = intervals(cause, named);
+        let sizes = sizes.map(|(name, size, ci95)| (name.to_owned(), json!({ "value": size, "ci95": ci95 })));
         Some(json!({
             "cause": cause_name(cause),
             "size": sizes.collect::<Map<_, _>>(),
@@ -121,7 +128,12 @@ pub fn told(named: &Named) -> String {
         let nearest = rival.map(|rival| format!(", the nearest is {rival}")).unwrap_or_default();
         return format!("something has changed; no known cause explains it{nearest}");
     }
-    let Some(cause) = Cause::from_number(named.cause) else { return "nothing is named".to_owned() };
+    if named.cause == 0 {
+        return "nothing is named".to_owned();
+    }
+    let Some(cause) = Cause::from_number(named.cause) else {
+        return format!("changed: cause {}, which this program does not know", named.cause);
+    };
     let beside = if named.beside { "beside it " } else { "" };
     let numbers = cause.numbers().into_iter().zip(told_sizes(cause, named));
     let sizes = numbers.filter(|((name, _), _)| !name.is_empty()).map(|((name, _), size)| format!(", {name} {size}"));
@@ -222,6 +234,7 @@ mod tests {
         );
         assert_eq!(told_object(&unknown, 9)["none_of_these"], true);
         // 30 is no cause: a newer vehicle
-        assert_eq!(told(&Named { cause: 30, ..told_by }), "nothing is named");
+        assert_eq!(told(&Named { cause: 30, ..told_by }), "changed: cause 30, which this program does not know");
+        assert_eq!(told(&Named::NOTHING), "nothing is named");
     }
 }
