@@ -120,6 +120,17 @@ impl Hidden {
         core::array::from_fn(|fin| self.gains[fin] * angles[fin])
     }
 
+    /// Roll moment over u² of all four fins at one small angle, N s²/m² per rad: Σ ½ ρ A c_L y.
+    #[must_use]
+    pub fn roll_moment_uu_per_rad(&self) -> f64 {
+        let Parameters { rho_kg_per_m3, fins, .. } = &self.parameters;
+        let moment = |fin: &Fin| {
+            let [_, y, z] = fin.cp_m;
+            0.5 * rho_kg_per_m3 * fin.area_m2 * fin.cl[0] * y.hypot(z)
+        };
+        fins.iter().map(moment).sum()
+    }
+
     /// What the Doppler log says of the bottom, m/s.
     pub(super) fn doppler(&self, state: &State, noise: [f64; 3]) -> [f64; 3] {
         let [u, v, w] = state.velocity_mps();

@@ -12,6 +12,7 @@ use crate::judge::numbers::Draw;
 use crate::store::{Key, version};
 use crate::wrap::wrapped;
 use anyhow::{Context, anyhow};
+use backseat_logs::stats::{median, percentile, rms};
 use backseat_report::console;
 use backseat_report::markdown::markdown_table;
 use backseat_wire::hostlink::{Naming, UsedFor};
@@ -102,17 +103,15 @@ fn fly(drawn: &Drawn, naming: f64) -> anyhow::Result<Flight> {
         depth.push(truth[2] - crate::closed_loop::DEPTH_M);
         roll.push(truth[3].to_degrees());
     }
-    position.sort_by(f64::total_cmp);
-    let quantile = |share: f64| position.get((share * position.len() as f64) as usize).copied().unwrap_or_default();
-    let rms = |values: &[f64]| (values.iter().map(|x| x * x).sum::<f64>() / values.len() as f64).sqrt();
     let decided = |is: fn(UsedFor) -> bool| {
         let decisions = flight.naming.iter().filter_map(|Naming { decision, .. }| *decision);
         let first = decisions.filter(|decision| is(decision.used_for)).map(|decision| decision.time_us).min();
         first.map(|time_us| (time_us as f64 * 1e-6 - drawn.time_s) / 60.0)
     };
+    let errors = || Some([rms(&across)?, median(&position)?, percentile(&position, 0.95)?, rms(&depth)?, rms(&roll)?]);
     Ok(Flight {
         what: drawn.what.clone(),
-        errors: (!across.is_empty()).then(|| [rms(&across), quantile(0.5), quantile(0.95), rms(&depth), rms(&roll)]),
+        errors: errors(),
         used_min: decided(|used| used != UsedFor::Nothing),
         dropped_min: decided(|used| used == UsedFor::Nothing),
         ended_min: flight.simulated_s / 60.0,

@@ -4,7 +4,7 @@ use super::Args;
 use super::cases::MissionCase;
 use super::run::{EstimateScore, MissionRun};
 use crate::intervals::with_interval;
-use backseat_logs::stats::{mean, mean_ci95, median};
+use backseat_logs::stats::{mean, mean_ci95, median, rms};
 use backseat_report::markdown::markdown_table;
 use serde_json::{Value, json};
 use std::fmt::Write as _;
@@ -141,12 +141,11 @@ fn at_the_end(runs: &[(u64, MissionRun)]) -> String {
     let mut table = markdown_table(header);
     for row in rows(runs).into_iter().filter(|row| row.drms_m().is_some()) {
         let ends = row.all(|m| m.end_m);
-        let square = |of: &[f64]| mean(&of.iter().map(|value| value * value).collect::<Vec<_>>()).map(f64::sqrt);
-        let (rms, drms) = (square(&ends), square(&row.all(|m| m.end_drms_m)));
+        let (error, drms) = (rms(&ends), rms(&row.all(|m| m.end_drms_m)));
         let number = |value: Option<f64>| value.map_or(String::new(), |value| format!("{value:.1}"));
         let largest = ends.iter().copied().reduce(f64::max);
-        let ratio = rms.zip(drms).map_or(String::new(), |(rms, drms)| format!("{:.2}", rms / drms));
-        let cells = [number(median(&ends)), number(largest), number(rms), number(drms), ratio];
+        let ratio = error.zip(drms).map_or(String::new(), |(error, drms)| format!("{:.2}", error / drms));
+        let cells = [number(median(&ends)), number(largest), number(error), number(drms), ratio];
         table.add_row(std::iter::once(row.name.to_owned()).chain(cells));
     }
     table.to_string()

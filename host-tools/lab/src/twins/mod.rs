@@ -75,6 +75,10 @@ fn twin(seed: u64, wanted: Wanted, flown: usize) -> anyhow::Result<Twin> {
     let diagnosis = torpedo::diagnose(&log, &vehicle, torpedo::Predictions::LeftOut, &mut |_| ());
     let names: Vec<&'static str> = hidden.effects.iter().map(|effect| effect.name).collect();
     // runs that no fit takes tell nothing
-    let sigmas = torpedo::separable::sigmas(&log, &vehicle, &names).unwrap_or_default();
+    let mut sigmas = torpedo::separable::sigmas(&log, &vehicle, &names).unwrap_or_default();
+    // fins off their zero are a roll moment to the model
+    let of_fins = sigmas.iter().filter(|(name, _)| name.split('[').next() == Some("k_uu"));
+    let of_fins = of_fins.map(|(_, sigma)| ("fin_zero_rad".to_owned(), sigma / hidden.roll_moment_uu_per_rad()));
+    sigmas.extend(of_fins.collect::<Vec<_>>());
     Ok(Twin::of(&hidden.effects, diagnosis.map(|diagnosis| diagnosis.found), &sigmas))
 }

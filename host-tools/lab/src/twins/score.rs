@@ -98,8 +98,6 @@ fn in_sigmas(effect: &Effect, known: &[(String, f64)]) -> f64 {
     let (name, value) = effect.number;
     let (name, size) = match name {
         "gain_top" => (name, 1.0 - value),
-        // four fins off their zero, with the lift and place of the simulated vehicle's
-        "fin_zero_rad" => ("k_uu", 4.0 * 0.5 * 998.0 * 0.0044 * 3.1 * 0.115 * value),
         _ => (name, value),
     };
     let of_number = known.iter().filter(|(known, _)| known.split('[').next() == Some(name));
