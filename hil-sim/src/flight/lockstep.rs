@@ -146,7 +146,7 @@ impl<'a, P: Ports> Aloft<'a, P> {
     fn step(
         &mut self,
         now_us: u64,
-        ship: Option<&ShipEnd>,
+        mut ship: Option<&mut ShipEnd>,
         watch: impl FnOnce(Watched<'_>),
     ) -> Result<(), FlightError> {
         let Self { scenario, client, world, devices, board, recorder, end_us, under_way } = self;
@@ -156,6 +156,10 @@ impl<'a, P: Ports> Aloft<'a, P> {
             client.reset(reset)?;
         }
         let output = step(client, devices, board, now_us, edge)?;
+        // the ship's program has worked beside the board
+        if let Some(ship) = &mut ship {
+            ship.settle()?;
+        }
         let truth = world.truth();
         let (telemetry, fusions, to_frontseat) = output.as_ref().map_or((None, &[][..], &[][..]), |output| {
             (output.telemetry.as_ref(), &output.fusions[..], &output.sent[Port::Frontseat as usize][..])
@@ -174,7 +178,7 @@ impl<'a, P: Ports> Aloft<'a, P> {
         }
         *under_way |= telemetry.leg.is_some();
         if edge {
-            recorder.ship_side(scenario, now_us, ship, &truth, &world.ship());
+            recorder.ship_side(scenario, now_us, ship.as_deref(), &truth, &world.ship());
             recorder.sample(FlightSample { truth, ship: world.ship(), telemetry })?;
         }
         Ok(())
@@ -195,7 +199,7 @@ fn fly_on<P: Ports>(
     while now_us < aloft.end_us && !stop.load(Ordering::Relaxed) {
         now_us += STEP_US;
         advance(&mut [aloft.moved()], ship.as_deref_mut(), now_us)?;
-        aloft.step(now_us, ship.as_deref(), &mut watch)?;
+        aloft.step(now_us, ship.as_deref_mut(), &mut watch)?;
     }
     landed(aloft, now_us, begun)
 }
@@ -233,7 +237,7 @@ pub fn fly_fleet<P: Ports>(
         now_us += STEP_US;
         advance(&mut fleet.iter_mut().map(Aloft::moved).collect::<Vec<_>>(), Some(ship), now_us)?;
         for aloft in &mut fleet {
-            aloft.step(now_us, Some(ship), |_| {})?;
+            aloft.step(now_us, Some(&mut *ship), |_| {})?;
         }
         if now_us.is_multiple_of(SECOND_US) {
             progress(now_us as f64 * 1e-6);

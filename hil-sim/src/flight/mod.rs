@@ -86,6 +86,9 @@ struct Moved<'a> {
 /// Moves worlds and devices to `to_us`, stopping wherever a device acts.
 fn advance(vehicles: &mut [Moved<'_>], mut ship: Option<&mut ShipEnd>, to_us: u64) -> Result<(), FlightError> {
     loop {
+        if let Some(ship) = &mut ship {
+            ship.settle()?;
+        }
         let acts = vehicles.iter().filter_map(|moved| moved.craft.devices.next_us());
         let until_us = acts.chain(ship.as_ref().map(|ship| ship.next_us())).fold(to_us, u64::min);
         for (index, Moved { craft, recorder }) in vehicles.iter_mut().enumerate() {

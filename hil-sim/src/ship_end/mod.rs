@@ -121,6 +121,8 @@ pub struct ShipEnd {
     modem: MicroModem,
     from_program: Uart,
     program: Box<dyn Program>,
+    /// When the program was given what it has not answered yet, µs.
+    given_us: Option<u64>,
     frame: LocalFrame,
     next_step_us: u64,
     packet_us: u64,
@@ -141,6 +143,7 @@ impl ShipEnd {
             modem: MicroModem::new(modem, environment.start_unix_s, settings.acoustics.packet_duration_s, true),
             from_program: Uart::new(modem),
             program,
+            given_us: None,
             frame,
             next_step_us: 0,
             packet_us: (settings.acoustics.packet_duration_s * 1e6) as u64,
@@ -168,7 +171,7 @@ impl ShipEnd {
         self.modem.missed()
     }
 
-    /// When something next happens here by itself, µs.
+    /// When something next happens here by itself, µs, once the program has [answered](Self::settle).
     #[must_use]
     pub fn next_us(&self) -> u64 {
         let lines = [&self.receiver.transmitter, &self.modem.transmitter, &self.from_program];
@@ -230,7 +233,8 @@ impl ShipEnd {
         self.in_water.remove(place)
     }
 
-    /// Lets the ship act up to `now_us`, and all modems send into the water.
+    /// Lets the ship act up to `now_us`, and all modems send into the water. The program's answer is waited for by
+    /// [`Self::settle`]: until then it works beside whatever else does.
     ///
     /// # Errors
     /// A program that has ended.
@@ -256,9 +260,20 @@ impl ShipEnd {
         if steps {
             self.next_step_us = now_us - now_us % STEP_US + STEP_US;
         }
-        let sent = self.program.exchange(now_us, &arrivals, steps)?;
+        self.program.give(now_us, &arrivals, steps)?;
+        self.given_us = Some(now_us);
+        Ok(())
+    }
+
+    /// Waits for what the program makes of what it was given.
+    ///
+    /// # Errors
+    /// A program that has ended.
+    pub fn settle(&mut self) -> Result<(), ProgramError> {
+        let Some(given_us) = self.given_us.take() else { return Ok(()) };
+        let sent = self.program.take()?;
         if !sent.is_empty() {
-            self.from_program.send(now_us, &sent);
+            self.from_program.send(given_us, &sent);
         }
         Ok(())
     }

@@ -73,6 +73,16 @@ pub struct OnPorts {
     client: Client<Process>,
     clock: ProgramClock,
     printed: Printed,
+    given: Given,
+}
+
+/// What the process was given last.
+#[derive(Clone, Copy, Default)]
+struct Given {
+    time_us: u64,
+    /// It owes an answer of the lock-step.
+    owes: bool,
+    step: bool,
 }
 
 impl OnPorts {
@@ -103,7 +113,7 @@ impl OnPorts {
         }
         let file = File::open(printed).map_err(begun)?;
         let printed = Printed { path: printed.to_owned(), file, begun: Vec::new(), last: None };
-        Ok(Self { client, clock, printed })
+        Ok(Self { client, clock, printed, given: Given::default() })
     }
 
     /// Process id.
@@ -118,23 +128,29 @@ impl OnPorts {
 }
 
 impl Program for OnPorts {
-    fn exchange(&mut self, now_us: u64, arrivals: &[(Port, Arrival)], step: bool) -> Result<Vec<u8>, ProgramError> {
+    fn give(&mut self, now_us: u64, arrivals: &[(Port, Arrival)], step: bool) -> Result<(), ProgramError> {
+        // nothing comes of nothing: it sends only what bytes or a step give rise to
+        let owes = self.clock == ProgramClock::Lockstep && (step || !arrivals.is_empty());
+        self.given = Given { time_us: now_us, owes, step };
+        if owes {
+            let arrivals: Vec<_> = arrivals.iter().map(|(port, arrival)| (announced(*port), arrival.clone())).collect();
+            self.client.begin_step(now_us, &[], &arrivals)?;
+        }
+        if self.clock == ProgramClock::Own {
+            for (port, arrival) in arrivals {
+                self.client.deliver(now_us, announced(*port), &arrival.bytes)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn take(&mut self) -> Result<Vec<u8>, ProgramError> {
         let modem = announced(Port::Modem);
+        let Given { time_us, owes, step } = std::mem::take(&mut self.given);
         let sent = match self.clock {
-            // nothing comes of nothing: it sends only what bytes or a step give rise to
-            ProgramClock::Lockstep if arrivals.is_empty() && !step => return Ok(Vec::new()),
-            ProgramClock::Lockstep => {
-                let arrivals: Vec<_> =
-                    arrivals.iter().map(|(port, arrival)| (announced(*port), arrival.clone())).collect();
-                let mut output = self.client.step(now_us, &[], &arrivals)?;
-                std::mem::take(&mut output.sent[modem as usize])
-            }
-            ProgramClock::Own => {
-                for (port, arrival) in arrivals {
-                    self.client.deliver(now_us, announced(*port), &arrival.bytes)?;
-                }
-                self.client.collect(now_us, modem)?
-            }
+            ProgramClock::Lockstep if owes => std::mem::take(&mut self.client.end_step(time_us)?.sent[modem as usize]),
+            ProgramClock::Lockstep => Vec::new(),
+            ProgramClock::Own => self.client.collect(time_us, modem)?,
         };
         if step {
             self.printed.read()?;

@@ -74,11 +74,17 @@ pub struct Known {
 
 /// A program on the ship.
 pub trait Program {
-    /// Gives it what has arrived, takes what it sends to its modem; `step` every 0.1 s.
+    /// Gives it what has arrived; `step` every 0.1 s. It may work on that until [`Self::take`].
     ///
     /// # Errors
     /// It has ended.
-    fn exchange(&mut self, now_us: u64, arrivals: &[(Port, Arrival)], step: bool) -> Result<Vec<u8>, ProgramError>;
+    fn give(&mut self, now_us: u64, arrivals: &[(Port, Arrival)], step: bool) -> Result<(), ProgramError>;
+
+    /// Takes what it sends to its modem of what it was given last.
+    ///
+    /// # Errors
+    /// It has ended.
+    fn take(&mut self) -> Result<Vec<u8>, ProgramError>;
 
     /// Its state, if it is in this process.
     fn topside(&self) -> Option<&Topside> {
@@ -94,36 +100,37 @@ pub trait Program {
 }
 
 /// Topside in this process, on the simulation's clock.
-pub struct InProcess(Box<Topside>);
+pub struct InProcess {
+    topside: Box<Topside>,
+    sent: Vec<u8>,
+}
 
 impl InProcess {
     /// As after power-up.
     #[must_use]
     pub fn new(topside: Topside) -> Self {
-        Self(Box::new(topside))
+        Self { topside: Box::new(topside), sent: Vec::new() }
     }
 }
 
 impl Program for InProcess {
-    fn exchange(&mut self, now_us: u64, arrivals: &[(Port, Arrival)], step: bool) -> Result<Vec<u8>, ProgramError> {
-        exchange(&mut self.0, now_us, arrivals, step)
+    fn give(&mut self, now_us: u64, arrivals: &[(Port, Arrival)], step: bool) -> Result<(), ProgramError> {
+        self.sent = exchange(&mut self.topside, now_us, arrivals, step);
+        Ok(())
+    }
+
+    fn take(&mut self) -> Result<Vec<u8>, ProgramError> {
+        Ok(std::mem::take(&mut self.sent))
     }
 
     fn topside(&self) -> Option<&Topside> {
-        Some(&self.0)
+        Some(&self.topside)
     }
 }
 
-/// One exchange with topside in this process.
-///
-/// # Errors
-/// None: as [`Program::exchange`].
-pub fn exchange(
-    topside: &mut Topside,
-    now_us: u64,
-    arrivals: &[(Port, Arrival)],
-    step: bool,
-) -> Result<Vec<u8>, ProgramError> {
+/// One exchange with topside in this process: what it sends to its modem.
+#[must_use]
+pub fn exchange(topside: &mut Topside, now_us: u64, arrivals: &[(Port, Arrival)], step: bool) -> Vec<u8> {
     for (port, arrival) in arrivals {
         topside.receive(*port, arrival.time_us, &arrival.bytes);
     }
@@ -136,5 +143,5 @@ pub fn exchange(
         topside.transmitted(Port::Modem, bytes.len());
         sent.extend(bytes);
     }
-    Ok(sent)
+    sent
 }

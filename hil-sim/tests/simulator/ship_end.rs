@@ -34,15 +34,21 @@ fn fly(scenario: &Scenario) -> (FlightLog, ShipEnd) {
 struct AbortsAt {
     topside: Topside,
     at_us: u64,
+    sent: Vec<u8>,
 }
 
 impl Program for AbortsAt {
-    fn exchange(&mut self, now_us: u64, arrivals: &[(Port, Arrival)], step: bool) -> Result<Vec<u8>, ProgramError> {
+    fn give(&mut self, now_us: u64, arrivals: &[(Port, Arrival)], step: bool) -> Result<(), ProgramError> {
         if now_us >= self.at_us {
             self.at_us = u64::MAX;
             self.topside.abort(2).expect("a key, a slot, and a vehicle");
         }
-        ship_end::exchange(&mut self.topside, now_us, arrivals, step)
+        self.sent = ship_end::exchange(&mut self.topside, now_us, arrivals, step);
+        Ok(())
+    }
+
+    fn take(&mut self) -> Result<Vec<u8>, ProgramError> {
+        Ok(std::mem::take(&mut self.sent))
     }
 }
 
@@ -53,7 +59,7 @@ fn an_abort_of_topside_ends_the_mission() {
         let mut scenario = sea_trial(5.0, &ALL);
         scenario.settings.acoustics.key = Key::new([7; 16]);
         let config = Config { key: Key::new(ships_key), ..ship_end::config(&scenario).unwrap() };
-        let topside = AbortsAt { topside: Topside::new(config).unwrap(), at_us: 180_000_000 };
+        let topside = AbortsAt { topside: Topside::new(config).unwrap(), at_us: 180_000_000, sent: Vec::new() };
         let mut ship = ShipEnd::new(&scenario, Box::new(topside));
         let mut client = Client::new(InProcess::new());
         let flight =

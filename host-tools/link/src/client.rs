@@ -379,6 +379,20 @@ impl<P: Ports> Client<P> {
         pps_us: &[u64],
         arrivals: &[(Port, Arrival)],
     ) -> Result<StepOutput, BackseatError> {
+        self.begin_step(time_us, pps_us, arrivals)?;
+        self.end_step(time_us)
+    }
+
+    /// The first half of [`Self::step`]: what the board is given.
+    ///
+    /// # Errors
+    /// When the backseat is gone.
+    pub fn begin_step(
+        &mut self,
+        time_us: u64,
+        pps_us: &[u64],
+        arrivals: &[(Port, Arrival)],
+    ) -> Result<(), BackseatError> {
         self.tape.write_inputs(time_us, pps_us, arrivals)?;
         let mut step = Step { time_us, pps_us: Default::default(), chunks: Default::default() };
         for edge_us in pps_us {
@@ -391,8 +405,14 @@ impl<P: Ports> Client<P> {
             step.chunks.push(chunk).map_err(|_| BackseatError::Protocol("nothing: too many chunks".into()))?;
             self.ports.write(*port, bytes)?;
         }
-        self.send(&ToBoard::Step(step))?;
+        self.send(&ToBoard::Step(step))
+    }
 
+    /// The second half of [`Self::step`]: waits for what the board sent and found.
+    ///
+    /// # Errors
+    /// As [`Self::step`].
+    pub fn end_step(&mut self, time_us: u64) -> Result<StepOutput, BackseatError> {
         let mut telemetry = None;
         let mut fusions = Vec::new();
         let mut identification = None;

@@ -74,7 +74,7 @@ impl Kept {
 }
 
 impl Program for Kept {
-    fn exchange(&mut self, now_us: u64, arrivals: &[(Port, Arrival)], step: bool) -> Result<Vec<u8>, ProgramError> {
+    fn give(&mut self, now_us: u64, arrivals: &[(Port, Arrival)], step: bool) -> Result<(), ProgramError> {
         for (port, Arrival { time_us, bytes }) in arrivals {
             let (log, name) = match port {
                 Port::Gnss => (&mut self.gnss, "ship.nmea"),
@@ -82,7 +82,11 @@ impl Program for Kept {
             };
             log.write(*time_us, bytes).map_err(|error| ProgramError::Io { what: name.to_owned(), error })?;
         }
-        self.program.exchange(now_us, arrivals, step)
+        self.program.give(now_us, arrivals, step)
+    }
+
+    fn take(&mut self) -> Result<Vec<u8>, ProgramError> {
+        self.program.take()
     }
 
     fn topside(&self) -> Option<&Topside> {

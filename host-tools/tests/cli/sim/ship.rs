@@ -15,14 +15,20 @@ use std::sync::mpsc::{Sender, channel};
 /// Tells what a program sends to its modem, and when.
 struct Told<P> {
     program: P,
+    given_us: u64,
     sent: Sender<(u64, Vec<u8>)>,
 }
 
 impl<P: Program> Program for Told<P> {
-    fn exchange(&mut self, now_us: u64, arrivals: &[(Port, Arrival)], step: bool) -> Result<Vec<u8>, ProgramError> {
-        let sent = self.program.exchange(now_us, arrivals, step)?;
+    fn give(&mut self, now_us: u64, arrivals: &[(Port, Arrival)], step: bool) -> Result<(), ProgramError> {
+        self.given_us = now_us;
+        self.program.give(now_us, arrivals, step)
+    }
+
+    fn take(&mut self) -> Result<Vec<u8>, ProgramError> {
+        let sent = self.program.take()?;
         if !sent.is_empty() {
-            self.sent.send((now_us, sent.clone())).unwrap();
+            self.sent.send((self.given_us, sent.clone())).unwrap();
         }
         Ok(sent)
     }
@@ -68,7 +74,7 @@ fn process(scenario: &Scenario, folder: &Path) -> OnPorts {
 /// The flight, and what was sent to the ship's modem.
 fn fly(scenario: &Scenario, program: impl Program + 'static) -> (FlightLog, Vec<(u64, Vec<u8>)>) {
     let (sent, told) = channel();
-    let mut ship = ShipEnd::new(scenario, Box::new(Told { program, sent }));
+    let mut ship = ShipEnd::new(scenario, Box::new(Told { program, given_us: 0, sent }));
     let mut client = Client::new(InProcess::new());
     let flight = fly_with_ship(scenario, &mut client, Some(&mut ship), None, &AtomicBool::new(false), |_| {}).unwrap();
     (flight, told.try_iter().collect())
@@ -107,12 +113,16 @@ struct Killed {
 }
 
 impl Program for Killed {
-    fn exchange(&mut self, now_us: u64, arrivals: &[(Port, Arrival)], step: bool) -> Result<Vec<u8>, ProgramError> {
+    fn give(&mut self, now_us: u64, arrivals: &[(Port, Arrival)], step: bool) -> Result<(), ProgramError> {
         if now_us >= self.at_us {
             self.at_us = u64::MAX;
             signal("KILL", self.program.pid());
         }
-        self.program.exchange(now_us, arrivals, step)
+        self.program.give(now_us, arrivals, step)
+    }
+
+    fn take(&mut self) -> Result<Vec<u8>, ProgramError> {
+        self.program.take()
     }
 }
 
