@@ -84,7 +84,7 @@ pub fn figures(stated: &[Stated]) -> Vec<(String, String)> {
     let figure = |which: usize, y_label: &str, what: &str| {
         let (level, error) = (line(&|at| at.level_m[which]), line(&|at| at.error_m[which]));
         let has_error = error.iter().any(|(_, error_m)| !error_m.is_nan());
-        let series: &[plots::Series<'_>] = if has_error { &[("error", &error)] } else { &[("level", &level)] };
+        let series: &[plots::Series<'_>] = if has_error { &[("error", &error)] } else { &[] };
         let plot = ErrorPlot { y_label, series, bound: Some(("protection level", &level)), scale: Scale::Log };
         let caption = format!("Protection level{what}: what the error exceeds with the declared probability only.");
         (caption, plots::error_vs_time(&plot))

@@ -59,10 +59,9 @@ impl Axis {
         (Self::with_step(&format!("time [{unit}]"), low * per_hour, high * per_hour, step), per_hour)
     }
 
-    /// A logarithmic axis; the bounds are values, both positive.
+    /// A logarithmic axis of a decade or more; the bounds are values, both positive.
     pub fn log(title: &str, low: f64, high: f64) -> Self {
-        let high = if high > low * 1.001 { high } else { low * 10.0 };
-        let (low, high) = (low.log10(), high.log10());
+        let (low, high) = (low.log10().min(high.log10() - 1.0), high.log10());
         let decades = high - low;
         let multiples: &[f64] = if decades < 2.5 { &[1.0, 2.0, 5.0] } else { &[1.0] };
         let stride = (decades / 8.0).ceil().max(1.0) as i32;

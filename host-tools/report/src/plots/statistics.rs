@@ -145,6 +145,8 @@ pub fn bars(plot: &BarPlot<'_>) -> String {
                 }
             }
             let right = interval(bar).map_or(bar.value, |(_, high)| high.max(bar.value)).max(0.0);
+            let label = right..right + LABEL_PX * frame.pixel().0;
+            let right = reference.map(|(_, value)| value).filter(|value| label.contains(value)).unwrap_or(right);
             canvas.text(&plain(bar.value), (right + 8.0 * frame.pixel().0, y), HPos::Left);
         }
         if let Some((_, value)) = reference {
@@ -152,6 +154,9 @@ pub fn bars(plot: &BarPlot<'_>) -> String {
         }
     })
 }
+
+/// Room for a value beside its bar: the line of reference does not cross it.
+const LABEL_PX: f64 = 55.0;
 
 fn rows_height(rows: usize) -> i32 {
     (rows.clamp(2, 60) as i32) * ROW + 10
