@@ -15,6 +15,9 @@ pub struct LogInput {
     /// columns, such as RCOU.C1
     #[arg(long = "columns", value_name = "MAP.toml")]
     map: Option<PathBuf>,
+    /// Leave out the notes on how the log was read: what was recognised, assumed and dropped
+    #[arg(long)]
+    quiet: bool,
 }
 
 impl LogInput {
@@ -23,7 +26,11 @@ impl LogInput {
     /// # Errors
     /// The log or the mapping cannot be read.
     pub fn read(&self, path: &Path) -> anyhow::Result<ReadLog> {
-        Ok(ReadLog::of(path, self.map.as_deref())?)
+        let mut read = ReadLog::of(path, self.map.as_deref())?;
+        if self.quiet {
+            read.log.notes.clear();
+        }
+        Ok(read)
     }
 
     /// Whether the log is one of a mapping.

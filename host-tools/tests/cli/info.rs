@@ -226,6 +226,16 @@ fn a_log_of_no_use_is_told() {
 }
 
 #[test]
+fn quiet_leaves_out_how_the_log_was_read_and_nothing_else() {
+    let samples = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/guide/samples");
+    let said =
+        |options: &[&str]| text(&backseat(&samples, &[&["info", "iver_survey.csv.gz"], options].concat()).stdout);
+    let (all, quiet) = (said(&[]), said(&["--quiet"]));
+    assert!(all.contains("; recognised: Latitude") && !quiet.contains("; recognised: Latitude"), "{quiet}");
+    assert!(quiet.contains("note: not tested: ") && all.starts_with(quiet.lines().next().unwrap()), "{quiet}");
+}
+
+#[test]
 fn what_the_reader_left_out_is_said_when_the_command_fails() {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("log.csv"), "t_s,depth_m,salinity\n0,1,35\n1,1,35\n").unwrap();

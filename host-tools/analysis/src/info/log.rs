@@ -31,7 +31,7 @@ pub fn report(read: &ReadLog) -> Report {
     report
         .table(examination.columns.iter().fold(Table::new("", &header), row))
         .notes(&not_tested(read))
-        .notes(&read.reader_notes)
+        .notes(&read.log.notes)
         .notes(&remarks.map(|finding| finding.message.clone()).collect::<Vec<_>>())
         .value("file", json!(log.path))
         .value("format", read.format)
@@ -42,7 +42,7 @@ pub fn report(read: &ReadLog) -> Report {
         .value("findings", examination.findings.iter().map(finding).collect::<Vec<_>>())
         .value("untested", examination.untested.iter().map(untested).collect::<Vec<_>>())
         .value("uses", uses.collect::<Map<_, _>>())
-        .value("notes", read.reader_notes.clone())
+        .value("notes", read.log.notes.clone())
         .value("verdict", verdict)
         .value("reasons", reasons)
 }
