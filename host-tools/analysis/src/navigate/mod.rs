@@ -166,6 +166,7 @@ pub fn compute<'a>(
         log,
         estimate,
         truth,
+        receiver_bias_m: settings.receiver_bias_m,
         errors,
         smoothed_errors,
         health,

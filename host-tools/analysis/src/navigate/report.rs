@@ -77,11 +77,16 @@ fn against_fixes(result: &NavigationResult<'_>) -> String {
 /// Where it ends, and how sure the filter is of it.
 fn last(result: &NavigationResult<'_>) -> String {
     let [x_m, y_m] = result.estimate.last_m().unwrap_or([f64::NAN; 2]);
+    // No number of fixes or ranges averages these out, and the filter's sigma leaves them out.
+    let beside = match result.receiver_bias_m {
+        0.0 => String::new(),
+        bias_m => format!(", beside slow errors of the receivers of {bias_m} m"),
+    };
     let sigma = match &result.estimate {
         Estimate::Filter(run) => run
             .track
             .last()
-            .map_or_else(String::new, |s| format!(" (one sigma {:.2} m, {:.2} m)", s.sigma[X], s.sigma[Y])),
+            .map_or_else(String::new, |s| format!(" (one sigma {:.2} m, {:.2} m{beside})", s.sigma[X], s.sigma[Y])),
         Estimate::DeadReckoning(_) => String::new(),
     };
     format!("x {x_m:.2} m, y {y_m:.2} m{sigma}")

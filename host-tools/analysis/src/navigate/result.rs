@@ -63,6 +63,8 @@ pub struct NavigationResult<'a> {
     pub estimate: Estimate,
     /// What it was compared with.
     pub truth: Option<&'a Truth>,
+    /// One sigma per axis of the slow errors of the receivers, m; the estimate's sigma leaves them out.
+    pub receiver_bias_m: f64,
     /// Horizontal errors; `None` without anything to compare with.
     pub errors: Option<Errors>,
     /// (time µs, horizontal error m) of the smoothed track against the truth.
