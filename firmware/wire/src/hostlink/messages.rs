@@ -3,6 +3,7 @@
 use super::crash::Crash;
 use super::health::Health;
 use super::identification::{Estimates, FaultReport, Identification, LearntStored, Naming};
+use super::images::{Image, Images};
 use super::signed::Signed;
 use crate::packet::Key;
 use heapless::Vec;
@@ -334,6 +335,12 @@ pub enum Refusal {
     Unsigned,
     /// Signed by another key, for another start of the board, or heard before.
     Forged,
+    /// The image that runs is on trial: it is to be confirmed first.
+    OnTrial,
+    /// No image for this chip, or larger than its bank.
+    NotAnImage,
+    /// What is in flash has another CRC than what was announced.
+    ImageDamaged,
 }
 
 /// PC to board.
@@ -415,6 +422,21 @@ pub enum ToBoard<'a> {
     ChallengeGet,
     /// A request and its code.
     Signed(#[serde(borrow)] Signed<'a>),
+    /// Ask which images the board has.
+    UpdateGet,
+    /// An image for the other bank comes next. As with the requests below, the answer comes when flash is written.
+    UpdateBegin(Image),
+    /// The next bytes of it.
+    UpdateWrite {
+        /// Their place, from 0: where the last ones ended.
+        offset: u32,
+        /// At most [`UPDATE_CHUNK`](super::UPDATE_CHUNK); but for the last ones so many.
+        bytes: &'a [u8],
+    },
+    /// All have come: if the CRC is right, the board starts again with the new image, on trial.
+    UpdateCommit,
+    /// The image that runs stays.
+    UpdateConfirm,
 }
 
 /// Board to PC.
@@ -487,4 +509,6 @@ pub enum FromBoard<'a> {
         /// That of the last signed request that was taken.
         counter: u64,
     },
+    /// Answer to `UpdateGet`.
+    Images(Images),
 }

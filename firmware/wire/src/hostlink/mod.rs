@@ -7,6 +7,7 @@ mod codec;
 mod crash;
 mod health;
 mod identification;
+mod images;
 mod messages;
 mod signed;
 mod signing;
@@ -18,6 +19,7 @@ pub use identification::{
     Activity, Decision, DecisionReason, Estimate, Estimates, FaultCause, FaultDiagnosis, FaultReport, FaultState,
     Identification, LearntStored, MAX_ESTIMATES, MAX_NAMED, NamedCause, Naming, UsedFor, Visibility,
 };
+pub use images::{Image, Images, StoredImage, UPDATE_CHUNK};
 pub use messages::{
     Chunk, FromBoard, FusionTelemetry, MAX_CHUNKS, MAX_FENCE_CORNERS, MAX_PPS, Mode, ModeReason, ParameterInfo, Port,
     Refusal, ResetCause, Restart, Ship, Step, StepDone, Telemetry, ToBoard, Waypoint,
