@@ -9,9 +9,11 @@ import subprocess
 import tty
 
 from card import Card
-from hostlink import DONE, HEALTH_GET, PARAMETER_STORE, REFUSED, STEP_DONE, Host, messages, request, step
+from hostlink import (DONE, HEALTH_GET, MISSION_START, ON_TRIAL, PARAMETER_STORE, REFUSED, STEP_DONE, UPDATE_BEGIN, UPDATE_COMMIT,
+                      UPDATE_CONFIRM, Host, messages, request, step)
 from core import ENDLESS
 from machine import AXI, DTCM, DTCM_SIZE, FLASH, Machine
+from storage import IMAGE, WORD
 from unicorn import arm_const as arm
 from vehicle import NOON_S, Vehicle, fix
 
@@ -264,6 +266,74 @@ def parameter_store(image, _):
     return [machine]
 
 
+NOTE = b"\x04\0\0\0\x14\0\0\0\x03\0\0\0GNU\0"
+UNDEFINED = b"\x00\xde"  # an instruction
+
+
+def another(machine, build, broken=None):
+    """The image of this machine with another build ID; the function named cannot be executed."""
+    content = bytearray(machine.banks.physical[0].bytes[:IMAGE].rstrip(b"\xff"))
+    at = content.index(NOTE) + len(NOTE)
+    content[at:at + 4] = build.to_bytes(4, "big")
+    if broken:
+        at = (machine.symbol(broken)[0] & ~1) - FLASH
+        content[at:at + 2] = UNDEFINED
+    return bytes(content)
+
+
+def update(image, _):
+    """A new image is started on trial and confirmed; one that crashes comes back, in the other direction; parameters stay."""
+    machine = Machine(image)
+    machine.host.haste, machine.flash.write_ns, machine.flash.erase_ns = HASTE, 2e3, 20e6
+    machine.run_for(START_S)
+    host = Host(machine)
+    first, mass = host.build(), host.parameter("vehicle.mass_kg") + 0.5
+    host.set("vehicle.mass_kg", mass)
+    assert host.ask(PARAMETER_STORE)[0] == DONE
+    assert host.images() == (None, None)
+    # power cuts, which leave a word half written
+    cuts = random.Random(1)
+    for _ in range(8):
+        host.send_image(another(machine, 1), 1, most=256 * cuts.randint(1, 40))
+        machine.host.feed(request(UPDATE_BEGIN, b"\x80\x80\x01\x01\x01"))
+        machine.run_for(0.001 * cuts.randint(1, 30))
+        written = machine.store.programmed
+        machine.store.torn.add(max(word for word in written if word < IMAGE // WORD))
+        machine.lose_supply(remembers=False)
+        machine.run_for(START_S)
+        assert (host.build(), host.images()) == (first, (None, None)), "the image that was there runs"
+        close(host.parameter("vehicle.mass_kg"), mass, 0)
+    host.send_image(another(machine, 2), 2)
+    assert host.ask(UPDATE_COMMIT)[0] == DONE
+    machine.run_for(1)
+    assert machine.banks.swapped and host.build() == 2, "the new image runs"
+    assert host.images() == (1, None), "it is on trial, and the one before was no update's"
+    answer, refusal, _ = host.ask(MISSION_START)
+    assert (answer, refusal.integer()) == (REFUSED, ON_TRIAL)
+    machine.banks.seen(0).torn.add(IMAGE // WORD + 1)  # the power was lost while its start was marked
+    machine.lose_supply(remembers=False)
+    machine.run_for(START_S)
+    assert host.images() == (2, None)
+    close(host.parameter("vehicle.mass_kg"), mass, 0)
+    assert host.ask(UPDATE_CONFIRM)[0] == DONE
+    for _ in range(4):
+        machine.reset("pin")
+        machine.run_for(START_S)
+    assert (host.build(), host.images()) == (2, (None, None))
+    host.send_image(another(machine, 3, broken="3App4step"), 3)
+    assert host.ask(UPDATE_COMMIT)[0] == DONE
+    asked, faults = machine.now, len(machine.faults)
+    while not machine.banks.swapped or machine.now < asked + 0.5e9:
+        machine.run_for(0.1)
+        assert machine.now < asked + 20e9, "the board does not return"
+    machine.measured["back from an image that crashes, s"] = (machine.now - asked) * 1e-9
+    assert len(machine.faults) == faults + 3, machine.faults[faults:]
+    machine.run_for(START_S)
+    assert (host.build(), host.images()) == (2, (None, (3, 3, False)))
+    close(host.parameter("vehicle.mass_kg"), mass, 0)
+    return [machine]
+
+
 def pulse_per_second(image, _):
     """A crystal 50 ppm fast: UTC follows the edges, on the board's own clock."""
     machine = Machine(image, hse_ppm=50)
@@ -384,4 +454,4 @@ def lock_step(image, options):
     return [machine]
 
 
-ALL = [lock_step, clock_tree, external_clock, hard_fault, reset_under_way, clock_lost, supply_falls, stuck_step, stack_overflow, guard, parameter_store, pulse_per_second, log_card, card_pulled, babbling_lines]
+ALL = [lock_step, clock_tree, external_clock, hard_fault, reset_under_way, clock_lost, supply_falls, stuck_step, stack_overflow, guard, parameter_store, update, pulse_per_second, log_card, card_pulled, babbling_lines]
