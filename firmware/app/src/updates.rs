@@ -11,6 +11,7 @@ use embedded_storage::nor_flash::NorFlash;
 use heapless::Vec;
 
 /// What the board is to do with its images.
+#[expect(clippy::large_enum_variant, reason = "there is no allocator to box the large one")]
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Order {
     /// An image comes next.

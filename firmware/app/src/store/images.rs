@@ -271,10 +271,8 @@ fn encode(image: &Image) -> [u8; WORD] {
 }
 
 fn decode(word: &[u8; WORD]) -> Option<Image> {
-    let [_, length, crc, build] = [0, 1, 2, 3].map(|i| {
-        let [a, b, c, d] = [0, 1, 2, 3].map(|k| word[4 * i + k]);
-        u32::from_le_bytes([a, b, c, d])
-    });
+    let [_, length, crc, build, ..] = word.as_chunks::<4>().0 else { return None };
+    let [length, crc, build] = [length, crc, build].map(|part| u32::from_le_bytes(*part));
     let image = Image { length, crc, build };
     (*word == encode(&image)).then_some(image)
 }
