@@ -57,8 +57,8 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let mut text = text_of(&board, &images);
     if board.identity.schema != schema {
         text += &format!(
-            "Its list of parameters has version {}, that of the image before {schema}: it runs on the defaults, without a \
-             key. Next: backseat params import {} FILE; backseat params store\n",
+            "Its list of parameters has version {}, that of the image before {schema}: it runs on the defaults, without \
+             a key. Next: backseat params import {} FILE; backseat params store\n",
             board.identity.schema, common.port
         );
     }

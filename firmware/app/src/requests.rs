@@ -111,6 +111,25 @@ pub fn answer(backseat: &mut Backseat, request: &ToBoard<'_>, trusted: bool, out
     }
 }
 
+impl Backseat {
+    /// No mission is armed or under way, nothing is being stopped, tested or written to flash, and no resets wait for
+    /// the operator.
+    pub fn is_at_rest(&self) -> bool {
+        self.is_still() && !self.modes.is_barred()
+    }
+
+    /// The same, whatever waits for the operator.
+    pub fn is_still(&self) -> bool {
+        let steering = &self.steering;
+        !(steering.is_engaged() || steering.is_stopping() || steering.is_wiggling() || self.writes_flash())
+    }
+
+    /// Parameters or an image.
+    pub fn writes_flash(&self) -> bool {
+        self.storage.is_busy() || self.updates.is_busy()
+    }
+}
+
 fn outcome(outcome: Result<(), Refusal>) -> FromBoard<'static> {
     match outcome {
         Ok(()) => FromBoard::Done,

@@ -32,8 +32,8 @@ use backseat_core::parameters::Installation;
 use heapless::Vec;
 use queue::Queue;
 
-/// Puts a value at its place, if there is room. Without `Vec::insert`, whose panic the compiler does not rule out where it
-/// builds for size.
+/// Puts a value at its place, if there is room. Without `Vec::insert`, whose panic the compiler does not rule out where
+/// it builds for size.
 fn insert<T, const N: usize>(list: &mut Vec<T, N>, place: usize, value: T) {
     if list.push(value).is_ok()
         && let Some(rest @ [_, ..]) = list.get_mut(place..)

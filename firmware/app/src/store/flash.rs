@@ -93,8 +93,8 @@ impl<F: NorFlash> ParameterFlash<F> {
     /// Reads the newest usable copy into `settings` and returns its sequence number.
     ///
     /// # Errors
-    /// Without a usable copy: what is wrong with the first two. `settings` keeps what it has, or has the defaults when a copy
-    /// can no longer be read the second time.
+    /// Without a usable copy: what is wrong with the first two. `settings` keeps what it has, or has the defaults when a
+    /// copy can no longer be read the second time.
     pub fn load(&mut self, settings: &mut Settings) -> Result<u32, [Refused; 2]> {
         let copies = self.copies();
         if let ([Err(first), Err(second), ..], true) =

@@ -1,8 +1,8 @@
 //! Two banks of flash for two images of the firmware: the one that runs, and the one before it or the next.
 //!
 //! The chip maps one of its banks to where it starts from, by an option that a reset brings into effect. An update
-//! writes the other bank, checks it, and exchanges the banks. The new image is on trial until the host confirms it: each
-//! start is a mark in flash, and when all of [`TRIAL_STARTS`] are used up the board exchanges the banks again.
+//! writes the other bank, checks it, and exchanges the banks. The new image is on trial until the host confirms it:
+//! each start is a mark in flash, and when all of [`TRIAL_STARTS`] are used up the board exchanges the banks again.
 //!
 //! Nothing is ever written to the image that runs, and the other bank becomes the one that starts only as a whole: with
 //! the power cut at any moment a whole image starts. Between an update and its confirmation no other is taken, so that
@@ -11,7 +11,8 @@
 //! | place in a bank | content |
 //! |---|---|
 //! | from 0 | the image |
-//! | the last 4 KB | what an update says of it: a word with magic, length, CRC-32, build ID (four bytes each), zeros, and in the last four bytes the CRC-32 of those before; then marks, a word each |
+//! | the last 4 KB, first word | what an update says of it: magic, length, CRC-32, build ID, zeros, CRC-32 of these |
+//! | the words behind | marks |
 //!
 //! An image that a programmer wrote has no such word with its build ID, and is never on trial.
 

@@ -41,7 +41,8 @@ pub struct Navigation {
     pub down_us: u64,
 }
 
-/// The same bytes as an array's, whose reading could panic where the compiler builds for size.
+/// The same bytes as an array's. Where the compiler builds for size it does not see that reading them cannot panic, of an
+/// array never, of these when they are read in place.
 mod pair {
     use serde::{Deserialize, Deserializer, Serialize, Serializer};
 

@@ -1,7 +1,7 @@
 //! "Under way" in flash: memory that survives a reset, but not the loss of the supply, forgets it with the rest.
 //!
-//! A mark is a word, appended in the second half of the place of the newest copy of those that are written. A new copy begins with none, and is saved at
-//! rest alone.
+//! A mark is a word, appended in the second half of the place of the newest copy, of those that are written. A new copy
+//! begins with none, and is saved at rest alone.
 
 use super::flash::{ParameterFlash, WRITTEN, newest_of};
 use super::record::{WORD, WORDS};

@@ -155,7 +155,7 @@ fn announced(bytes: &[u8]) -> Image {
     Image { length: bytes.len() as u32, crc: CRC.checksum(bytes), build }
 }
 
-/// Starts whatever image the chip starts, as often as it exchanges the banks; with the power on it ends in one that runs.
+/// Starts whatever image the chip starts, and again when it exchanges the banks, until one runs.
 fn start(mut banks: Banks) -> ImageFlash<Banks> {
     for _ in 0..2 {
         let (bank, _) = banks.at(0);

@@ -3,9 +3,11 @@
 import json
 import math
 import os
+import pathlib
 import pty
 import random
 import subprocess
+import tempfile
 import tty
 
 from card import Card
@@ -421,23 +423,19 @@ def babbling_lines(image, _):
     return [machine]
 
 
-def lock_step(image, options):
-    """The simulator flies it at its own clock: the digest of state and covariance is that of the app on this computer."""
-    machine = Machine(image)
-    flight = [*options.simulator, "--minutes", str(options.minutes), "--seed", str(options.seed), "--json"]
-    wanted = subprocess.run([*flight, "--backseat", "host"], capture_output=True, check=True, text=True).stdout
+def run_at(usarts, machine, command):
+    """What a program prints that this computer runs at pseudo-terminals of these ports; `command` of their paths."""
     ports = []
-    for usart in machine.usarts:
+    for usart in usarts:
         ours, theirs = pty.openpty()
         tty.setraw(ours)
         tty.setraw(theirs)
         os.set_blocking(ours, False)
         ports.append((usart, ours, os.ttyname(theirs), waiting := bytearray()))
         usart.on_byte, usart.haste = waiting.append, HASTE
-    paths = ",".join(path for _, _, path, _ in ports)
-    machine.run_for(START_S)  # what comes earlier is lost
-    with subprocess.Popen([*flight, "--backseat", paths], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as simulator:
-        while simulator.poll() is None:
+    arguments = command([path for _, _, path, _ in ports])
+    with subprocess.Popen(arguments, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as program:
+        while program.poll() is None:
             machine.run_for(0.002)
             for usart, descriptor, _, waiting in ports:
                 try:
@@ -446,12 +444,41 @@ def lock_step(image, options):
                     pass
                 if waiting:
                     del waiting[:os.write(descriptor, waiting)]
-        output, errors = simulator.communicate()
-    assert simulator.returncode == 0, errors
+        output, errors = program.communicate()
+    assert program.returncode == 0, errors
+    return output
+
+
+def update_command(image, options):
+    """`backseat update` as its user starts it: the new image runs and is confirmed."""
+    machine = Machine(image)
+    machine.flash.write_ns, machine.flash.erase_ns = 2e3, 20e6
+    machine.run_for(START_S)
+    with tempfile.TemporaryDirectory() as folder:
+        file = pathlib.Path(folder, "new.elf")
+        content = bytearray(image.read_bytes())
+        at = content.index(NOTE) + len(NOTE)
+        content[at:at + 4] = (2).to_bytes(4, "big")
+        file.write_bytes(content)
+        said = json.loads(run_at([machine.host], machine, lambda paths: [options.simulator[0], "update", *paths, file, "--json"]))
+    assert (said["build"], said["trial_start"]) == ("00000002", None), said
+    machine.reset("pin")
+    machine.run_for(START_S)
+    assert machine.banks.swapped and Host(machine).images() == (None, None)
+    return [machine]
+
+
+def lock_step(image, options):
+    """The simulator flies it at its own clock: the digest of state and covariance is that of the app on this computer."""
+    machine = Machine(image)
+    flight = [*options.simulator, "--minutes", str(options.minutes), "--seed", str(options.seed), "--json"]
+    wanted = subprocess.run([*flight, "--backseat", "host"], capture_output=True, check=True, text=True).stdout
+    machine.run_for(START_S)  # what comes earlier is lost
+    output = run_at(machine.usarts, machine, lambda paths: [*flight, "--backseat", ",".join(paths)])
     digests = [json.loads(text)["digest"] for text in (wanted, output)]
     assert digests[0] == digests[1], f"digest of the app here {digests[0]}, of the image {digests[1]}"
     machine.measured[f"digest of {options.minutes} minutes with seed {options.seed}"] = digests[1]
     return [machine]
 
 
-ALL = [lock_step, clock_tree, external_clock, hard_fault, reset_under_way, clock_lost, supply_falls, stuck_step, stack_overflow, guard, parameter_store, update, pulse_per_second, log_card, card_pulled, babbling_lines]
+ALL = [lock_step, clock_tree, external_clock, hard_fault, reset_under_way, clock_lost, supply_falls, stuck_step, stack_overflow, guard, parameter_store, update, update_command, pulse_per_second, log_card, card_pulled, babbling_lines]

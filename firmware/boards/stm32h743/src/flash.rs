@@ -1,9 +1,9 @@
 //! Sectors of flash as `embedded-storage`: those of the parameter sets, and those of the images.
 //!
-//! The program runs in the bank at `OWN`, whichever that is (SWAP_BANK, RM0433 4.3.13), and goes on while the other one is
-//! erased or written. That takes seconds, and is done in thread mode, below everything that is in a hurry. The HAL's
-//! driver would keep interrupts out for as long. Of its own bank only single words are written, the marks of an image on
-//! trial; it stands still meanwhile, for some 0.1 ms.
+//! The program runs in the bank at `OWN`, whichever that is (SWAP_BANK, RM0433 4.3.13), and goes on while the other one
+//! is erased or written. That takes seconds, and is done in thread mode, below everything that is in a hurry. The HAL's
+//! driver would keep interrupts out for as long. Of its own bank only single words are written, the marks of an image
+//! on trial; it stands still meanwhile, for some 0.1 ms.
 
 use crate::supply;
 use backseat_app::store::{Chip, ImageFlash};

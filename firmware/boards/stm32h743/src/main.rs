@@ -388,7 +388,7 @@ impl Board {
         self.vitals.worked(from_us, now_us);
     }
 
-    /// Hands orders of an update to thread mode, and its answers back: each millisecond, as there are thousands of them.
+    /// Hands orders of an update to thread mode, and its answers back: each millisecond, as there are thousands.
     fn renew(&mut self) {
         if let Some((outcome, images)) = CARRIED_OUT.try_take() {
             self.renewing = false;

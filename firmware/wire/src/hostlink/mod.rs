@@ -9,6 +9,7 @@ mod health;
 mod identification;
 mod images;
 mod messages;
+mod refusal;
 mod signed;
 mod signing;
 
@@ -22,6 +23,7 @@ pub use identification::{
 pub use images::{Image, Images, StoredImage, UPDATE_CHUNK};
 pub use messages::{
     Chunk, FromBoard, FusionTelemetry, MAX_CHUNKS, MAX_FENCE_CORNERS, MAX_PPS, Mode, ModeReason, ParameterInfo, Port,
-    Refusal, ResetCause, Restart, Ship, Step, StepDone, Telemetry, ToBoard, Waypoint,
+    ResetCause, Restart, Ship, Step, StepDone, Telemetry, ToBoard, Waypoint,
 };
+pub use refusal::Refusal;
 pub use signed::Signed;

@@ -1,7 +1,7 @@
 //! What the board sent against what the replay sends: where they part, in which record, in which field.
 
 use backseat_logs::STATE_COLUMNS;
-use backseat_wire::hostlink::{Decoder, FromBoard, Health, Port};
+use backseat_wire::hostlink::{Decoder, FromBoard, Health, Port, Refusal};
 use serde::Serialize;
 use serde_json::Value;
 use std::collections::VecDeque;

@@ -9,10 +9,10 @@ use std::time::{Duration, Instant};
 
 /// The new image answers within this time of the commit: the reset, and the start of a board that looks for its card.
 const START: Duration = Duration::from_secs(20);
-/// So long it has to send telemetry before it is confirmed; the first two seconds it waits for a simulator.
-const PROOF: Duration = Duration::from_secs(8);
-/// Records of so many steps, of the sixty of that time.
+/// It is confirmed after so many steps, for which it needs seven seconds, within this time.
 const PROOF_STEPS: usize = 50;
+const PROOF: Duration = Duration::from_secs(30);
+const MOMENT: Duration = Duration::from_millis(100);
 
 impl Board {
     /// Which images it has.
@@ -76,7 +76,10 @@ impl Board {
     pub fn confirm_image(&mut self) -> anyhow::Result<()> {
         let spinner = Spinner::new("update");
         spinner.set("the new image proves itself");
-        let steps = self.listen(PROOF)?.len();
+        let (begun, mut steps) = (Instant::now(), 0);
+        while steps < PROOF_STEPS && begun.elapsed() < PROOF {
+            steps += self.listen(MOMENT)?.len();
+        }
         if steps < PROOF_STEPS {
             bail!(
                 "{}: {steps} steps in {} s; it is not confirmed, and returns to the image before",
