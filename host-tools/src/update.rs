@@ -10,7 +10,7 @@ use std::path::PathBuf;
 
 const EXAMPLES: &str = "\
 Examples:
-  backseat update /dev/ttyACM0 backseat-0.1.0-stm32h743.elf             two minutes at 115,200 baud
+  backseat update /dev/ttyACM0 backseat-0.1.0-stm32h743.elf             some two minutes
   backseat update /dev/ttyACM0 backseat-0.1.0-stm32h743.elf --key ship.key
   backseat update /dev/ttyACM0                                          which images the board has
   backseat update /dev/ttyACM0 --confirm                                keep the one that is on trial
