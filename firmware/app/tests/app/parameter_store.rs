@@ -425,7 +425,8 @@ impl TwoBanks {
     fn keep(&mut self, mut seen: Flash) {
         let own = seen.bytes.split_off(CAPACITY);
         let words = CAPACITY / WORD;
-        (seen.programmed.truncate(words), seen.readable.truncate(words)).0;
+        seen.programmed.truncate(words);
+        seen.readable.truncate(words);
         assert_eq!(own, self.flash[usize::from(self.exchanged)].bytes, "the bank that runs is written");
         self.flash[usize::from(!self.exchanged)] = seen.powered();
     }

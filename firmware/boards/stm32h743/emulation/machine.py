@@ -34,6 +34,7 @@ class Machine(Core):
     def __init__(self, image, hse_from=0.0, hse_ppm=0.0, hsi_ppm=0.0, card=None):
         self.hse_from, self.hse_until, self.hse_ppm, self.hsi_ppm, self.card = hse_from, NEVER, hse_ppm, hsi_ppm, card
         self.now, self.cause, self.spin_ns, self.longest_gap, self.cycles = 0.0, "power", 2000.0, 0.0, 1
+        self.longest_allowed_gap = 0.3e9  # between two feeds: the watchdog resets after 0.6 s
         self.most_stack = dict.fromkeys(("interrupts", "thread"), 0)
         self.sequence = itertools.count()
         self.complaints, self.measured, self.resets, self.faults, self.events = {}, {}, [], [], []
