@@ -25,6 +25,7 @@ mod replay;
 mod screen;
 mod sim;
 mod topside;
+mod update;
 mod vehicle;
 
 use anyhow::Context as _;
@@ -79,6 +80,7 @@ enum Command {
     Bridge(bridge::Args),
     Check(check::Args),
     Topside(topside::Args),
+    Update(update::Args),
     /// Print the completion script of a shell
     #[command(
         after_help = "Example:\n  backseat completions bash > ~/.local/share/bash-completion/completions/backseat"
@@ -167,6 +169,7 @@ pub fn command_line(given: impl Iterator<Item = OsString>) -> ExitCode {
         Command::Monitor(args) => monitor::run(&args).map(Outcome::from),
         Command::Bridge(args) => bridge::run(&args).map(Outcome::from),
         Command::Topside(args) => topside::run(&args).map(Outcome::from),
+        Command::Update(args) => update::run(&args).map(Outcome::from),
         Command::Check(args) => check::run(&args).map(Outcome::from),
         Command::Completions { shell } => {
             let mut script = Vec::new();

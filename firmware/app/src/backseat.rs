@@ -28,6 +28,7 @@ use crate::steering::{Orders, Situation, Steering};
 use crate::storage::{Asked, Storage};
 use crate::telemetry;
 use crate::time::{STEP_US, UtcClock};
+use crate::updates::Updates;
 use crate::uplink::Uplink;
 use backseat_core::dynamics::VehicleModel;
 use backseat_core::state::Z;
@@ -46,6 +47,7 @@ const DEVICE_RING: usize = 512;
 pub struct Backseat {
     pub parameters: ParameterStore,
     pub storage: Storage,
+    pub updates: Updates,
     pub clock: UtcClock,
     pub links: Links,
     pub inputs: Inputs,
@@ -88,6 +90,7 @@ impl Backseat {
         Self {
             parameters: ParameterStore::new(),
             storage: Storage::new(),
+            updates: Updates::new(),
             clock: UtcClock::new(),
             links: Links::new(),
             inputs: Inputs::new(),
@@ -147,14 +150,6 @@ impl Backseat {
     /// Running digest of filter state and covariance.
     pub fn digest(&self) -> u64 {
         self.state.digest
-    }
-
-    /// No mission is armed or under way, nothing is being stopped, tested or stored, and no resets wait for the
-    /// operator.
-    pub fn is_at_rest(&self) -> bool {
-        let Self { steering, storage, modes, .. } = self;
-        let is_steering = steering.is_engaged() || steering.is_stopping() || steering.is_wiggling();
-        !(is_steering || storage.is_busy() || modes.is_barred())
     }
 
     pub fn last_step_us(&self) -> Option<u64> {

@@ -20,6 +20,7 @@
 //! | `requests`, `host`, `mission`, `telemetry` | requests and their answers; mission transfer; records of each step |
 //! | [`parameters`] | the declared list, transactions |
 //! | `storage`, [`store`], `persistence` | requests to store; flash and restart record; how a board serves them |
+//! | `updates` | requests to renew the firmware |
 //! | `recorded` | what goes into the board log |
 //! | `time`, `geodesy` | local time to UTC; latitude and longitude to the local plane |
 //! | `lockstep`, `pump` | clocks and ports |
@@ -60,6 +61,7 @@ mod storage;
 pub mod store;
 mod telemetry;
 mod time;
+mod updates;
 mod uplink;
 mod wiggle;
 
@@ -72,6 +74,7 @@ pub use recorded::{Recorder, poll_recorded, record_start};
 pub use ring::Ring;
 pub use step_watch::StepWatch;
 pub use time::{STEP_US, UtcClock};
+pub use updates::Order;
 
 /// A buffer of this size holds any sentence to frontseat or modem.
 const SENTENCE: usize = 96;

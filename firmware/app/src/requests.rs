@@ -7,6 +7,7 @@ use crate::parameters::PARAMETER_SCHEMA;
 use crate::ring::Ring;
 use crate::safety;
 use crate::storage::Asked;
+use crate::updates;
 use backseat_wire::hostlink::{FromBoard, Refusal, ToBoard};
 use backseat_wire::ship_state::Key;
 
@@ -88,15 +89,44 @@ pub fn answer(backseat: &mut Backseat, request: &ToBoard<'_>, trusted: bool, out
             backseat.modes.stopped();
             FromBoard::Done
         }
+        // answered when the board has written them
         ToBoard::ParameterStore => match store(backseat) {
-            // answered when the board has written them
             Ok(()) => return,
             Err(refusal) => FromBoard::Refused(refusal),
         },
+        ToBoard::UpdateGet => match backseat.updates.images() {
+            Some(&images) => FromBoard::Images(images),
+            None => FromBoard::Refused(Refusal::NoStore),
+        },
+        ToBoard::UpdateBegin(_) | ToBoard::UpdateWrite { .. } | ToBoard::UpdateCommit | ToBoard::UpdateConfirm => {
+            match updates::ask(backseat, request) {
+                Ok(()) => return,
+                Err(refusal) => FromBoard::Refused(refusal),
+            }
+        }
     };
     send(out, &answer);
     if let (ToBoard::Hello, Some(&restart)) = (request, backseat.host.last_restart.get()) {
         send(out, &FromBoard::Restart(restart));
+    }
+}
+
+impl Backseat {
+    /// No mission is armed or under way, nothing is being stopped, tested or written to flash, and no resets wait for
+    /// the operator.
+    pub fn is_at_rest(&self) -> bool {
+        self.is_still() && !self.modes.is_barred()
+    }
+
+    /// The same, whatever waits for the operator.
+    pub fn is_still(&self) -> bool {
+        let steering = &self.steering;
+        !(steering.is_engaged() || steering.is_stopping() || steering.is_wiggling() || self.writes_flash())
+    }
+
+    /// Parameters or an image.
+    pub fn writes_flash(&self) -> bool {
+        self.storage.is_busy() || self.updates.is_busy()
     }
 }
 
@@ -168,7 +198,7 @@ fn note_refused_mission(backseat: &mut Backseat, taken: Result<(), Refusal>) -> 
 /// Moves the fins one after the other, unless a mission needs them.
 fn wiggle(backseat: &mut Backseat) -> Result<(), Refusal> {
     at_rest(backseat)?;
-    if backseat.storage.is_busy() {
+    if backseat.writes_flash() {
         return Err(Refusal::NotReady);
     }
     backseat.steering.wiggle();
@@ -180,11 +210,14 @@ fn start(backseat: &mut Backseat) -> Result<(), Refusal> {
     if backseat.steering.under_way() {
         return Err(Refusal::UnderWay);
     }
+    if backseat.updates.is_on_trial() {
+        return Err(Refusal::OnTrial);
+    }
     if backseat.steering.mission().waypoints().is_empty() {
         return Err(backseat.host.mission_refused.get().copied().unwrap_or(Refusal::Sequence));
     }
     backseat.safety.may_start(&backseat.observed()).map_err(Refusal::Unsafe)?;
-    if !backseat.modes.may_arm() || backseat.storage.is_busy() || backseat.steering.is_wiggling() {
+    if !backseat.modes.may_arm() || backseat.writes_flash() || backseat.steering.is_wiggling() {
         return Err(Refusal::NotReady);
     }
     backseat.links.frontseat.forget_refusal();

@@ -110,6 +110,12 @@ impl<P: Ports> Client<P> {
         (self.key, self.challenge) = (key, None);
     }
 
+    /// What it signs by.
+    #[must_use]
+    pub fn key(&self) -> Key {
+        self.key
+    }
+
     /// The board's challenge, and a counter that it has not seen.
     fn next_challenge(&mut self) -> Result<(u64, u64), BackseatError> {
         let (challenge, counter) = match self.challenge {

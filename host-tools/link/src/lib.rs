@@ -5,10 +5,12 @@
 //! | [`Ports`] | the five byte streams: of a board on serial ports, a process on pseudo-terminals, a simulator |
 //! | [`Client`] | the host link over such ports: parameters, mission, lock-step, session log |
 //! | [`named`] | what a board names of what has changed, in words |
+//! | [`image`] | an image of the firmware, as cargo builds it |
 //! | [`board`] | a board on the bench or on deck, over its host port alone |
 
 pub mod board;
 mod client;
+pub mod image;
 pub mod named;
 mod port_name;
 mod process;

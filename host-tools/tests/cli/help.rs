@@ -39,7 +39,7 @@ fn every_command_has_help_an_example_and_json() {
     let names: Vec<&str> = commands.iter().map(|words| words[0].as_str()).collect();
     for name in [
         "sim", "info", "map", "vehicle", "navigate", "diagnose", "effect", "identify", "bench", "record", "replay",
-        "export", "monitor", "check", "topside",
+        "export", "monitor", "check", "topside", "update",
     ] {
         assert!(names.contains(&name), "{name} is missing among {names:?}");
     }
@@ -98,6 +98,7 @@ fn json_is_one_object() {
         ("effect list".to_owned(), 0),
         ("effect show heading_bias".to_owned(), 0),
         (format!("check {}", at("no-such-port")), 1),
+        (format!("update {} {log}", at("no-such-port")), 1),
     ] {
         let words: Vec<String> = line.split(' ').map(str::to_owned).collect();
         let (found, stdout, stderr) = backseat(&words, &["--json"]);

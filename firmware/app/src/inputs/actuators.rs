@@ -1,5 +1,6 @@
 //! History of the actuator commands, each with the time from which on it holds.
 
+use super::insert;
 use backseat_core::dynamics::{ActuatorInput, FINS};
 use heapless::Vec;
 
@@ -37,7 +38,7 @@ impl ActuatorHistory {
         }
         let place = self.commands.partition_point(|(other_us, _)| *other_us <= time_us);
         // there is room now
-        let _ = self.commands.insert(place, (time_us, *input));
+        insert(&mut self.commands, place, (time_us, *input));
     }
 
     /// The command at a time.

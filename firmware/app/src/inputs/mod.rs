@@ -29,7 +29,18 @@ pub use sample::{AcousticReport, SensorSample, Stamp};
 
 use backseat_core::dynamics::ActuatorInput;
 use backseat_core::parameters::Installation;
+use heapless::Vec;
 use queue::Queue;
+
+/// Puts a value at its place, if there is room. Without `Vec::insert`, whose panic the compiler does not rule out where
+/// it builds for size.
+fn insert<T, const N: usize>(list: &mut Vec<T, N>, place: usize, value: T) {
+    if list.push(value).is_ok()
+        && let Some(rest @ [_, ..]) = list.get_mut(place..)
+    {
+        rest.rotate_right(1);
+    }
+}
 
 /// Latest sample of one source, and when it was valid.
 pub type Latest<T> = Option<(u64, T)>;

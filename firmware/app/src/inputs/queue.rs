@@ -1,5 +1,6 @@
 //! Samples that wait to be fused, in the order of their time of validity.
 
+use super::insert;
 use heapless::Vec;
 
 /// Samples that may wait: a step brings about ten, a declared delay makes those of two seconds wait, and a babbling
@@ -27,7 +28,7 @@ impl<T> Queue<T> {
         }
         let place = self.samples.partition_point(|(other_us, _)| *other_us > time_us);
         // Equal times: behind those that came before, which stand further towards the end.
-        let _ = self.samples.insert(place, (time_us, sample));
+        insert(&mut self.samples, place, (time_us, sample));
     }
 
     /// The earliest sample, if it is valid at `time_us` or before.

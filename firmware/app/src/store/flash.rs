@@ -1,8 +1,11 @@
-//! Two copies of the parameter set in flash.
+//! Two copies of the parameter set in flash, and where an update exchanges two banks, two more in the other bank.
 //!
 //! A set is saved over the copy that is not the newest usable one: erase, values, read back, and
 //! last the header, which commits it. Until then the other copy is the newest; a power cut at any
 //! moment leaves the old set or the new one.
+//!
+//! A board that exchanges its banks writes the copies of the bank that does not run, and reads all four: after the
+//! exchange the set is found where it was, and the next one is saved beside it.
 
 use super::record::{Header, Refused, WORD, WORDS, admits_values, decode_values, digest, encode_values};
 use crate::parameters::Settings;
@@ -23,14 +26,22 @@ pub enum SaveError<E> {
     Verify,
 }
 
-/// The parameter set in a flash of its own: the first half holds one copy, the second the other.
+/// The parameter set in a flash of its own.
 #[derive(Debug)]
 pub struct ParameterFlash<F> {
     pub(super) flash: F,
+    /// Bytes of the place of a copy.
     pub(super) half: u32,
+    /// How many places there are; the first [`WRITTEN`] are written, the others only read.
+    places: u32,
 }
 
-/// What was found in one half.
+/// Places that are written.
+pub(super) const WRITTEN: usize = 2;
+/// Most places.
+const PLACES: usize = 4;
+
+/// What was found in one place.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Copy {
     /// Sequence number of an intact copy, be it usable or not.
@@ -52,13 +63,26 @@ impl<F: NorFlash> ParameterFlash<F> {
     /// # Errors
     /// [`Geometry`] when a half is not a number of whole sectors or too small for a copy and marks.
     pub fn new(flash: F) -> Result<Self, Geometry> {
+        Self::of(flash, WRITTEN)
+    }
+
+    /// The same where the first half of `flash` is in the bank that does not run, the second half in the one that runs:
+    /// it is only read.
+    ///
+    /// # Errors
+    /// [`Geometry`] as above, of a quarter.
+    pub fn in_two_banks(flash: F) -> Result<Self, Geometry> {
+        Self::of(flash, PLACES)
+    }
+
+    fn of(flash: F, places: usize) -> Result<Self, Geometry> {
         let () = Self::WORDS_FIT;
-        let half = flash.capacity() / 2;
+        let half = flash.capacity() / places;
         if !half.is_multiple_of(F::ERASE_SIZE) || !Self::holds_marks(half) {
             return Err(Geometry);
         }
         let half = u32::try_from(half).map_err(|_| Geometry)?;
-        Ok(Self { flash, half })
+        Ok(Self { flash, half, places: places as u32 })
     }
 
     /// Gives the flash back.
@@ -69,11 +93,13 @@ impl<F: NorFlash> ParameterFlash<F> {
     /// Reads the newest usable copy into `settings` and returns its sequence number.
     ///
     /// # Errors
-    /// Without a usable copy: what is wrong with either. `settings` keeps what it has, or has the defaults when a copy
-    /// can no longer be read the second time.
+    /// Without a usable copy: what is wrong with the first two. `settings` keeps what it has, or has the defaults when a
+    /// copy can no longer be read the second time.
     pub fn load(&mut self, settings: &mut Settings) -> Result<u32, [Refused; 2]> {
         let copies = self.copies();
-        if let (Err(first), Err(second)) = (copies[0].usable, copies[1].usable) {
+        if let ([Err(first), Err(second), ..], true) =
+            (copies.map(|copy| copy.usable), copies.iter().all(|copy| copy.usable.is_err()))
+        {
             return Err([first, second]);
         }
         let newest = newest_of(&copies);
@@ -91,11 +117,9 @@ impl<F: NorFlash> ParameterFlash<F> {
     /// [`SaveError`]; the old set stays what [`Self::load`] finds.
     pub fn save(&mut self, settings: &Settings) -> Result<u32, SaveError<F::Error>> {
         let copies = self.copies();
-        let target = 1 - newest_of(&copies);
-        let last = match copies.map(|copy| copy.sequence) {
-            [Some(a), Some(b)] => Some(if is_newer(b, a) { b } else { a }),
-            [a, b] => a.or(b),
-        };
+        let target = 1 - newest_of(&copies[..WRITTEN]);
+        let sequences = copies.iter().filter_map(|copy| copy.sequence);
+        let last = sequences.reduce(|a, b| if is_newer(b, a) { b } else { a });
         let sequence = last.map_or(0, |last| last.wrapping_add(1));
 
         let start = self.half * target;
@@ -121,9 +145,10 @@ impl<F: NorFlash> ParameterFlash<F> {
         }
     }
 
-    /// Both copies.
-    pub(super) fn copies(&mut self) -> [Copy; 2] {
-        [0, 1].map(|half| self.examine(half, None))
+    /// All of them.
+    pub(super) fn copies(&mut self) -> [Copy; PLACES] {
+        let places = self.places;
+        [0, 1, 2, 3].map(|place| if place < places { self.examine(place, None) } else { Copy::broken(Refused::Blank) })
     }
 
     /// Checks one copy and reads it into `into`, which is only to be used when the copy is usable.
@@ -169,14 +194,16 @@ impl<F: NorFlash> ParameterFlash<F> {
     }
 }
 
-/// The half to keep: the newer usable copy, else the newer intact one, else the second.
-pub(super) fn newest_of(copies: &[Copy; 2]) -> u32 {
+/// The place to keep: the newest usable copy, else the newest intact one, else the last.
+pub(super) fn newest_of(copies: &[Copy]) -> u32 {
     let rank = |copy: &Copy| (copy.usable.is_ok(), copy.sequence.is_some());
-    let [a, b] = copies;
-    match (a.sequence, b.sequence) {
-        (Some(first), Some(second)) if rank(a) == rank(b) => u32::from(!is_newer(first, second)),
-        _ => u32::from(rank(a) <= rank(b)),
-    }
+    let is_better = |a: &Copy, b: &Copy| match (a.sequence, b.sequence) {
+        (Some(first), Some(second)) if rank(a) == rank(b) => is_newer(first, second),
+        _ => rank(a) > rank(b),
+    };
+    let places = copies.iter().enumerate().rev();
+    let newest = places.reduce(|best, next| if is_better(next.1, best.1) { next } else { best });
+    newest.map_or(0, |(place, _)| place as u32)
 }
 
 /// Whether sequence number `a` came after `b`; right across the wrap.
@@ -212,5 +239,7 @@ mod tests {
         ] {
             assert_eq!(newest_of(&copies), half, "{copies:?}");
         }
+        let four = [usable(1), blank, usable(2), foreign(3)];
+        assert_eq!((newest_of(&four), newest_of(&four[..WRITTEN])), (2, 0));
     }
 }

@@ -4,6 +4,7 @@
 //! |---|---|
 //! | `record` | layout of one copy of the parameter set |
 //! | `flash` | two copies in flash, of which a power cut can hurt only one |
+//! | `images` | two images of the firmware, of which one always starts |
 //! | `under_way` | whether a mission was under way, where the supply was lost |
 //! | `crash` | what a fault or panic leaves behind |
 //! | `restart` | the record of each step, and how to start after a reset |
@@ -12,12 +13,14 @@
 
 mod crash;
 mod flash;
+mod images;
 mod record;
 mod restart;
 mod under_way;
 
 pub use crash::{CRASH_BYTES, decode_crash, encode_crash};
 pub use flash::{Geometry, ParameterFlash, SaveError};
+pub use images::{Chip, ImageFlash, Start, TRIAL_STARTS};
 pub use record::{Refused, WORD};
 pub use restart::{
     Coasted, Navigation, RECORD_BYTES, ResetHistory, Response, RestartRecord, SAFE_AFTER, SAFE_WITHIN_US, coast_m,

@@ -30,13 +30,30 @@ pub struct ResetHistory {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Navigation {
     /// North and east, m.
+    #[serde(with = "pair")]
     pub position_m: [f64; 2],
     /// One sigma, √(σx² + σy²), m.
     pub sigma_m: f64,
     /// North and east, over ground, m/s.
+    #[serde(with = "pair")]
     pub velocity_mps: [f64; 2],
     /// Time from here to the board's new time 0, µs.
     pub down_us: u64,
+}
+
+/// The same bytes as an array's. Where the compiler builds for size it does not see that reading them cannot panic, of an
+/// array never, of these when they are read in place.
+mod pair {
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    pub fn serialize<S: Serializer>([a, b]: &[f64; 2], serializer: S) -> Result<S::Ok, S::Error> {
+        (a, b).serialize(serializer)
+    }
+
+    #[inline(always)]
+    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<[f64; 2], D::Error> {
+        <(f64, f64)>::deserialize(deserializer).map(|(a, b)| [a, b])
+    }
 }
 
 /// The same after the vehicle has coasted without a propeller.

@@ -1,9 +1,9 @@
 //! "Under way" in flash: memory that survives a reset, but not the loss of the supply, forgets it with the rest.
 //!
-//! A mark is a word, appended in the second half of the newest copy's half. A new copy begins with none, and is saved at
-//! rest alone.
+//! A mark is a word, appended in the second half of the place of the newest copy, of those that are written. A new copy
+//! begins with none, and is saved at rest alone.
 
-use super::flash::{ParameterFlash, newest_of};
+use super::flash::{ParameterFlash, WRITTEN, newest_of};
 use super::record::{WORD, WORDS};
 use embedded_storage::nor_flash::NorFlash;
 
@@ -45,7 +45,7 @@ impl<F: NorFlash> ParameterFlash<F> {
 
     /// The first free place, and the last mark: `Some(None)` when it cannot be read.
     fn marks(&mut self) -> (Option<u32>, Option<Option<[u8; WORD]>>) {
-        let newest = newest_of(&self.copies());
+        let newest = newest_of(&self.copies()[..WRITTEN]);
         let (start, end) = (self.half * newest + self.half / 2, self.half * (newest + 1));
         let mut last = None;
         for place in (start..end).step_by(WORD) {

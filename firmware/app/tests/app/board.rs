@@ -2,7 +2,7 @@
 
 use backseat_app::{App, Progress, Pump};
 use backseat_wire::hostlink::{
-    Chunk, Decoder, Estimates, FaultReport, FromBoard, FusionTelemetry, Health, Identification, LearntStored,
+    Chunk, Decoder, Estimates, FaultReport, FromBoard, FusionTelemetry, Health, Identification, Images, LearntStored,
     MAX_FRAME, MAX_MESSAGE, Naming, Port, Refusal, Restart, Ship, Signed, Step, StepDone, Telemetry, ToBoard, Waypoint,
     encode,
 };
@@ -40,6 +40,7 @@ pub struct Heard {
     pub estimates: Vec<Estimates>,
     pub naming: Vec<Naming>,
     pub challenges: Vec<(u64, u64)>,
+    pub images: Option<Images>,
 }
 
 /// The host's end of the host link.
@@ -65,6 +66,7 @@ impl Listener {
                 FromBoard::Mission { waypoint, .. } => heard.waypoints.push(waypoint),
                 FromBoard::Done | FromBoard::Hello { .. } => heard.answers.push(Ok(())),
                 FromBoard::Challenge { challenge, counter } => heard.challenges.push((challenge, counter)),
+                FromBoard::Images(images) => heard.images = Some(images),
                 FromBoard::Restart(restart) => heard.restarts.push(restart),
                 FromBoard::Health(health) => heard.health = Some(health),
                 FromBoard::Identification(identification) => heard.identifications.push(identification),

@@ -8,6 +8,7 @@ mod clock_source;
 mod faults;
 mod flight;
 mod host_link;
+mod images;
 mod learning;
 mod lockstep;
 mod modes;
@@ -18,6 +19,7 @@ mod signed;
 mod step_watch;
 mod streams;
 mod time;
+mod updates;
 mod world;
 
 #[path = "../../../tests/random.rs"]

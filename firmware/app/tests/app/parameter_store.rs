@@ -405,6 +405,58 @@ fn marks_end_when_the_half_is_full_and_a_save_brings_new_ones() {
     assert_eq!(load(full.release()), Ok(set(1)));
 }
 
+/// A board that exchanges its banks: two sectors in each.
+struct TwoBanks {
+    flash: [Flash; 2],
+    exchanged: bool,
+}
+
+impl TwoBanks {
+    /// As the image that runs sees them: the other bank's, its own.
+    fn seen(&self) -> Flash {
+        let [mut other, own] = [true, false].map(|other| self.flash[usize::from(other ^ self.exchanged)].clone());
+        other.bytes.extend(own.bytes);
+        other.programmed.extend(own.programmed);
+        other.readable.extend(own.readable);
+        other
+    }
+
+    /// What was saved into them.
+    fn keep(&mut self, mut seen: Flash) {
+        let own = seen.bytes.split_off(CAPACITY);
+        let words = CAPACITY / WORD;
+        seen.programmed.truncate(words);
+        seen.readable.truncate(words);
+        assert_eq!(own, self.flash[usize::from(self.exchanged)].bytes, "the bank that runs is written");
+        self.flash[usize::from(!self.exchanged)] = seen.powered();
+    }
+}
+
+/// Whatever the order of sets and updates, and wherever the power is cut: the last set that was saved is found.
+#[test]
+fn the_last_set_outlasts_updates_and_power_cuts() {
+    let mut banks = TwoBanks { flash: [Flash::new(), Flash::new()], exchanged: false };
+    let (mut random, mut last) = (Random(11), None);
+    let operations = saved(Flash::new(), &set(0)).operations;
+    for seed in 0..400 {
+        if random.below(3) == 0 {
+            banks.exchanged = !banks.exchanged;
+        }
+        let torn = TORN[random.below(TORN.len())];
+        let cut = banks.seen().cut_at(random.below(2 * operations), torn, random.word());
+        let mut store = ParameterFlash::in_two_banks(cut).expect("four sectors");
+        let saved = store.save(&set(seed)).is_ok();
+        banks.keep(store.release());
+        let mut found = Settings::DEFAULT;
+        let is_found = ParameterFlash::in_two_banks(banks.seen()).expect("four sectors").load(&mut found).is_ok();
+        let found = is_found.then_some(found);
+        assert!(found == last || found == Some(set(seed)), "set {seed}");
+        assert!(!saved || found == Some(set(seed)));
+        last = found;
+    }
+    assert!(last.is_some());
+}
+
 #[test]
 fn a_flash_that_is_too_small_is_refused() {
     let mut flash = Flash::new();

@@ -10,7 +10,7 @@
 mod bare;
 
 use backseat_app::parameters::{PARAMETERS, Settings};
-use backseat_app::store::{ParameterFlash, RestartRecord, decode_crash, encode_crash, newest};
+use backseat_app::store::{Chip, ImageFlash, ParameterFlash, RestartRecord, decode_crash, encode_crash, newest};
 use backseat_app::{App, LocalFrame, Loss, Pump};
 use backseat_core::control::allocation::{AllocationMethod, Datum, Moments, allocate};
 use backseat_core::control::mission::{Lawnmower, Mission, Waypoint};
@@ -197,6 +197,13 @@ fn app(objects: &mut Objects) {
             let kept = flash.save(settings).is_ok();
             app.stored(kept);
         }
+    }
+    let mut images = ImageFlash::new(AnyFlash, Chip { flash: opaque(0), stack: 0..opaque(0) }, opaque(0));
+    opaque(images.start());
+    app.set_images(images.report());
+    if let Some(order) = app.to_update() {
+        let outcome = order.carry_out(&mut images);
+        app.updated(outcome, images.report());
     }
     let slots = opaque([[0_u8; 128]; 2]);
     let last = newest([&slots[0], &slots[1]]);

@@ -6,7 +6,10 @@ from types import SimpleNamespace
 
 HELLO, STEP, PARAMETER_BEGIN, PARAMETER_SET, PARAMETER_COMMIT, PARAMETER_GET = 0, 1, 2, 3, 4, 5
 MISSION_BEGIN, MISSION_ITEM, MISSION_COMMIT, MISSION_START, PARAMETER_STORE, HEALTH_GET = 6, 7, 8, 10, 12, 13
-STEP_DONE, TELEMETRY, PARAMETER, DONE, REFUSED, RESTART, HEALTH = 1, 2, 4, 6, 7, 8, 9
+UPDATE_GET, UPDATE_BEGIN, UPDATE_WRITE, UPDATE_COMMIT, UPDATE_CONFIRM = 22, 23, 24, 25, 26
+UPDATE_CHUNK = 256
+HELLO_ANSWER, STEP_DONE, TELEMETRY, PARAMETER, DONE, REFUSED, RESTART, HEALTH, IMAGES = 0, 1, 2, 4, 6, 7, 8, 9, 19
+ON_TRIAL = 16
 OSCILLATORS = ("crystal", "internal")
 MODES = ("initialising", "navigating", "degraded", "lost", "safe")
 REASONS = {0: "nominal", 1: "no fix", 2: "attitude stale", 9: "stopped", 10: "restarted", 11: "resets", 29: "overloaded"}
@@ -24,7 +27,9 @@ def varint(value):
 def frame(message):
     plain, out = message + struct.pack("<I", zlib.crc32(message)), bytearray()
     for block in plain.split(b"\0"):
-        assert len(block) < 254, "requests are short"
+        while len(block) >= 254:
+            out += bytes([255]) + block[:254]
+            block = block[254:]
         out += bytes([len(block) + 1]) + block
     return b"\0" + bytes(out) + b"\0"
 
@@ -109,13 +114,13 @@ class Host:
         self.read += end
         return list(messages(data[:end]))
 
-    def ask(self, kind, body=b"", answers=(DONE, REFUSED), within_s=5.0):
+    def ask(self, kind, body=b"", answers=(DONE, REFUSED), within_s=5.0, look_s=0.02):
         """The answer to a request, and after how long it came, s."""
         self.poll()
         self.machine.host.feed(request(kind, body))
         asked = self.machine.now
         while self.machine.now < asked + within_s * 1e9:
-            self.machine.run_for(0.02)
+            self.machine.run_for(look_s)
             for answer, message in self.poll():
                 if answer in answers:
                     return answer, message, (self.machine.now - asked) * 1e-9
@@ -170,6 +175,30 @@ class Host:
         for kind, body in ((MISSION_BEGIN, varint(1)), (MISSION_ITEM, leg), (MISSION_COMMIT, b""), (MISSION_START, b"")):
             answer, refusal, _ = self.ask(kind, body)
             assert answer == DONE, f"request {kind} was refused: {refusal.integer()}"
+
+    def build(self):
+        """Of the image that runs, as `Hello` tells it."""
+        _, message, _ = self.ask(HELLO, answers=(HELLO_ANSWER,))
+        message.text()
+        return message.integers(2)[1]
+
+    def images(self):
+        """Start number of the image that runs, if it is on trial; of the other bank's image build, starts, confirmed."""
+        _, message, _ = self.ask(UPDATE_GET, answers=(IMAGES,))
+        trial = message.integers(2)[1] if message.body[message.at] else message.integer() or None
+        if not message.integer():
+            return trial, None
+        _length, _crc, build, starts, confirmed = message.integers(5)
+        return trial, (build, starts, bool(confirmed))
+
+    def send_image(self, content, build, most=None):
+        """Writes an image, or the first bytes of it, as far as the answer to the last request."""
+        begin = varint(len(content)) + varint(zlib.crc32(content)) + varint(build)
+        assert self.ask(UPDATE_BEGIN, begin)[0] == DONE, "the image is refused"
+        for at in range(0, most or len(content), UPDATE_CHUNK):
+            part = content[at:at + UPDATE_CHUNK]
+            answer, refusal, _ = self.ask(UPDATE_WRITE, varint(at) + varint(len(part)) + part, look_s=0.002)
+            assert answer == DONE, f"byte {at} on is refused: {refusal.integer()}"
 
     def last_start(self):
         """As the answer to `Hello` tells it: resets by a fault since power-on, address of a crash (none: nothing)."""

@@ -15,13 +15,13 @@ from core import Core, Scs
 from elftools.elf.elffile import ELFFile
 from protection import Mpu
 from serial_ports import Dma, Gpio, Usart
-from storage import BackupRam, FlashRegisters, Store
+from storage import IMAGE, OTHER, OWN, SECTOR, TRAILER, BackupRam, Banks, FlashRegisters, FlashWindow
 from timers import Timer, Watchdog
 from unicorn import UC_HOOK_CODE
 from unicorn import arm_const as arm
 
 DTCM, DTCM_SIZE, AXI, AXI_SIZE = 0x20000000, 0x20000, 0x24000000, 0x80000
-ITCM, ITCM_SIZE, FLASH, FLASH_SIZE = 0, 0x10000, 0x08000000, 0x1C0000
+ITCM, ITCM_SIZE, FLASH, FLASH_SIZE = 0, 0x10000, OWN, IMAGE
 PAINT = 0xA5
 MMIO_NS = 25.0
 WINDOWS = ((0x40000000, 0x30000), (0x48021000, 0x1000), (0x52000000, 0xA000), (0x58000000, 0x27000), (0x5C000000, 0x10000),
@@ -34,6 +34,7 @@ class Machine(Core):
     def __init__(self, image, hse_from=0.0, hse_ppm=0.0, hsi_ppm=0.0, card=None):
         self.hse_from, self.hse_until, self.hse_ppm, self.hsi_ppm, self.card = hse_from, NEVER, hse_ppm, hsi_ppm, card
         self.now, self.cause, self.spin_ns, self.longest_gap, self.cycles = 0.0, "power", 2000.0, 0.0, 1
+        self.longest_allowed_gap = 0.3e9  # between two feeds: the watchdog resets after 0.6 s
         self.most_stack = dict.fromkeys(("interrupts", "thread"), 0)
         self.sequence = itertools.count()
         self.complaints, self.measured, self.resets, self.faults, self.events = {}, {}, [], [], []
@@ -50,6 +51,7 @@ class Machine(Core):
         self.reset("power")
 
     def map_memory(self, elf):
+        self.banks = Banks(self)
         memory = (ITCM, ITCM_SIZE), (FLASH, FLASH_SIZE), (DTCM, DTCM_SIZE), (AXI, AXI_SIZE)
         for base, size in memory:
             self.uc.mem_map(base, size)
@@ -58,12 +60,15 @@ class Machine(Core):
         for segment in elf.iter_segments():
             if segment["p_type"] == "PT_LOAD" and segment["p_filesz"]:
                 self.uc.mem_write(segment["p_paddr"], segment.data())
+                self.banks.physical[0].load(segment["p_paddr"] - FLASH, segment.data())
         for base, size in WINDOWS:
             self.uc.mmio_map(base, size, self.read, base, self.write, base)
-        self.store, self.backup = Store(self), BackupRam(self)
-        for part in (self.store, self.backup):
+        self.backup = BackupRam(self)
+        windows = [FlashWindow(self, 0, IMAGE, TRAILER), FlashWindow(self, 1, 0, OTHER - OWN),
+                   FlashWindow(self, 0, 6 * SECTOR, 2 * SECTOR)]
+        for part in (self.backup, *windows):
             self.uc.mmio_map(part.BASE, part.SIZE, part.read, None, part.write, None)
-        parts = [(part.BASE, part.SIZE) for part in (self.store, self.backup)]
+        parts = [(part.BASE, part.SIZE) for part in (self.backup, *windows[:2])]  # the last is read alone
         self.mpu = Mpu(self, memory, [*WINDOWS[:-1], *parts])  # the core's own registers are always within reach
 
     def build_devices(self):
@@ -102,6 +107,11 @@ class Machine(Core):
             usart.incoming.clear()
         self.clocks_changed()
         self.reset_core()
+
+    @property
+    def store(self):
+        """The bank that does not run: parameters are written to it, and images."""
+        return self.banks.seen(1)
 
     def complain(self, text):
         self.complaints.setdefault(text, self.now)

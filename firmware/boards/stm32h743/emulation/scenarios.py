@@ -3,15 +3,19 @@
 import json
 import math
 import os
+import pathlib
 import pty
 import random
 import subprocess
+import tempfile
 import tty
 
 from card import Card
-from hostlink import DONE, HEALTH_GET, PARAMETER_STORE, REFUSED, STEP_DONE, Host, messages, request, step
+from hostlink import (DONE, HEALTH_GET, MISSION_START, ON_TRIAL, PARAMETER_STORE, REFUSED, STEP_DONE, UPDATE_BEGIN, UPDATE_COMMIT,
+                      UPDATE_CONFIRM, Host, messages, request, step)
 from core import ENDLESS
 from machine import AXI, DTCM, DTCM_SIZE, FLASH, Machine
+from storage import IMAGE, WORD
 from unicorn import arm_const as arm
 from vehicle import NOON_S, Vehicle, fix
 
@@ -190,6 +194,25 @@ def stuck_step(image, _):
     return machines
 
 
+def overrun(image, _):
+    """Each instruction takes so many cycles, from a moment under way on: the mission goes on, or ends with neutral fins, stop,
+    a named reason and no more resets than three."""
+    machines = []
+    for cycles in (10, 30, 60, 100):
+        machine, _, host = under_way(image)
+        sent, machine.cycles = len(machine.frontseat.sent), cycles
+        machine.run_for(30)
+        line = bytes(byte for _, byte in machine.frontseat.sent[sent:])
+        mode, resets = host.mode(), len(machine.resets)
+        machine.measured[f"{cycles} cycles an instruction"] = f"{mode[0]}, {mode[1]}, resets {resets}"
+        stopped = NEUTRAL in line and b"$OMSTOP" in line
+        assert stopped == (mode[1] in ("overloaded", "resets")), f"{cycles} cycles: {mode}, {line[-200:]}"
+        assert resets <= 3, f"{cycles} cycles: {machine.resets}"
+        machine.longest_allowed_gap = math.inf  # steps are to be late here
+        machines.append(machine)
+    return machines
+
+
 def stack_overflow(image, _):
     """A full stack faults before anything is overwritten; neutral fins within a second of it."""
     machine = Machine(image)
@@ -261,6 +284,74 @@ def parameter_store(image, _):
     machine.run_for(START_S)
     close(host.parameter("vehicle.mass_kg"), before + 0.5, 0)
     assert not machine.faults, machine.faults
+    return [machine]
+
+
+NOTE = b"\x04\0\0\0\x14\0\0\0\x03\0\0\0GNU\0"
+UNDEFINED = b"\x00\xde"  # an instruction
+
+
+def another(machine, build, broken=None):
+    """The image of this machine with another build ID; the function named cannot be executed."""
+    content = bytearray(machine.banks.physical[0].bytes[:IMAGE].rstrip(b"\xff"))
+    at = content.index(NOTE) + len(NOTE)
+    content[at:at + 4] = build.to_bytes(4, "big")
+    if broken:
+        at = (machine.symbol(broken)[0] & ~1) - FLASH
+        content[at:at + 2] = UNDEFINED
+    return bytes(content)
+
+
+def update(image, _):
+    """A new image is started on trial and confirmed; one that crashes comes back, in the other direction; parameters stay."""
+    machine = Machine(image)
+    machine.host.haste, machine.flash.write_ns, machine.flash.erase_ns = HASTE, 2e3, 20e6
+    machine.run_for(START_S)
+    host = Host(machine)
+    first, mass = host.build(), host.parameter("vehicle.mass_kg") + 0.5
+    host.set("vehicle.mass_kg", mass)
+    assert host.ask(PARAMETER_STORE)[0] == DONE
+    assert host.images() == (None, None)
+    # power cuts, which leave a word half written
+    cuts = random.Random(1)
+    for _ in range(8):
+        host.send_image(another(machine, 1), 1, most=256 * cuts.randint(1, 40))
+        machine.host.feed(request(UPDATE_BEGIN, b"\x80\x80\x01\x01\x01"))
+        machine.run_for(0.001 * cuts.randint(1, 30))
+        written = machine.store.programmed
+        machine.store.torn.add(max(word for word in written if word < IMAGE // WORD))
+        machine.lose_supply(remembers=False)
+        machine.run_for(START_S)
+        assert (host.build(), host.images()) == (first, (None, None)), "the image that was there runs"
+        close(host.parameter("vehicle.mass_kg"), mass, 0)
+    host.send_image(another(machine, 2), 2)
+    assert host.ask(UPDATE_COMMIT)[0] == DONE
+    machine.run_for(1)
+    assert machine.banks.swapped and host.build() == 2, "the new image runs"
+    assert host.images() == (1, None), "it is on trial, and the one before was no update's"
+    answer, refusal, _ = host.ask(MISSION_START)
+    assert (answer, refusal.integer()) == (REFUSED, ON_TRIAL)
+    machine.banks.seen(0).torn.add(IMAGE // WORD + 1)  # the power was lost while its start was marked
+    machine.lose_supply(remembers=False)
+    machine.run_for(START_S)
+    assert host.images() == (2, None)
+    close(host.parameter("vehicle.mass_kg"), mass, 0)
+    assert host.ask(UPDATE_CONFIRM)[0] == DONE
+    for _ in range(4):
+        machine.reset("pin")
+        machine.run_for(START_S)
+    assert (host.build(), host.images()) == (2, (None, None))
+    host.send_image(another(machine, 3, broken="3App4step"), 3)
+    assert host.ask(UPDATE_COMMIT)[0] == DONE
+    asked, faults = machine.now, len(machine.faults)
+    while not machine.banks.swapped or machine.now < asked + 0.5e9:
+        machine.run_for(0.1)
+        assert machine.now < asked + 20e9, "the board does not return"
+    machine.measured["back from an image that crashes, s"] = (machine.now - asked) * 1e-9
+    assert len(machine.faults) == faults + 3, machine.faults[faults:]
+    machine.run_for(START_S)
+    assert (host.build(), host.images()) == (2, (None, (3, 3, False)))
+    close(host.parameter("vehicle.mass_kg"), mass, 0)
     return [machine]
 
 
@@ -351,23 +442,19 @@ def babbling_lines(image, _):
     return [machine]
 
 
-def lock_step(image, options):
-    """The simulator flies it at its own clock: the digest of state and covariance is that of the app on this computer."""
-    machine = Machine(image)
-    flight = [*options.simulator, "--minutes", str(options.minutes), "--seed", str(options.seed), "--json"]
-    wanted = subprocess.run([*flight, "--backseat", "host"], capture_output=True, check=True, text=True).stdout
+def run_at(usarts, machine, command):
+    """What a program prints that this computer runs at pseudo-terminals of these ports; `command` of their paths."""
     ports = []
-    for usart in machine.usarts:
+    for usart in usarts:
         ours, theirs = pty.openpty()
         tty.setraw(ours)
         tty.setraw(theirs)
         os.set_blocking(ours, False)
         ports.append((usart, ours, os.ttyname(theirs), waiting := bytearray()))
         usart.on_byte, usart.haste = waiting.append, HASTE
-    paths = ",".join(path for _, _, path, _ in ports)
-    machine.run_for(START_S)  # what comes earlier is lost
-    with subprocess.Popen([*flight, "--backseat", paths], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as simulator:
-        while simulator.poll() is None:
+    arguments = command([path for _, _, path, _ in ports])
+    with subprocess.Popen(arguments, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as program:
+        while program.poll() is None:
             machine.run_for(0.002)
             for usart, descriptor, _, waiting in ports:
                 try:
@@ -376,12 +463,41 @@ def lock_step(image, options):
                     pass
                 if waiting:
                     del waiting[:os.write(descriptor, waiting)]
-        output, errors = simulator.communicate()
-    assert simulator.returncode == 0, errors
+        output, errors = program.communicate()
+    assert program.returncode == 0, errors
+    return output
+
+
+def update_command(image, options):
+    """`backseat update` as its user starts it: the new image runs and is confirmed."""
+    machine = Machine(image)
+    machine.flash.write_ns, machine.flash.erase_ns = 2e3, 20e6
+    machine.run_for(START_S)
+    with tempfile.TemporaryDirectory() as folder:
+        file = pathlib.Path(folder, "new.elf")
+        content = bytearray(image.read_bytes())
+        at = content.index(NOTE) + len(NOTE)
+        content[at:at + 4] = (2).to_bytes(4, "big")
+        file.write_bytes(content)
+        said = json.loads(run_at([machine.host], machine, lambda paths: [options.simulator[0], "update", *paths, file, "--json"]))
+    assert (said["build"], said["trial_start"]) == ("00000002", None), said
+    machine.reset("pin")
+    machine.run_for(START_S)
+    assert machine.banks.swapped and Host(machine).images() == (None, None)
+    return [machine]
+
+
+def lock_step(image, options):
+    """The simulator flies it at its own clock: the digest of state and covariance is that of the app on this computer."""
+    machine = Machine(image)
+    flight = [*options.simulator, "--minutes", str(options.minutes), "--seed", str(options.seed), "--json"]
+    wanted = subprocess.run([*flight, "--backseat", "host"], capture_output=True, check=True, text=True).stdout
+    machine.run_for(START_S)  # what comes earlier is lost
+    output = run_at(machine.usarts, machine, lambda paths: [*flight, "--backseat", ",".join(paths)])
     digests = [json.loads(text)["digest"] for text in (wanted, output)]
     assert digests[0] == digests[1], f"digest of the app here {digests[0]}, of the image {digests[1]}"
     machine.measured[f"digest of {options.minutes} minutes with seed {options.seed}"] = digests[1]
     return [machine]
 
 
-ALL = [lock_step, clock_tree, external_clock, hard_fault, reset_under_way, clock_lost, supply_falls, stuck_step, stack_overflow, guard, parameter_store, pulse_per_second, log_card, card_pulled, babbling_lines]
+ALL = [lock_step, clock_tree, external_clock, hard_fault, reset_under_way, clock_lost, supply_falls, stuck_step, overrun, stack_overflow, guard, parameter_store, update, update_command, pulse_per_second, log_card, card_pulled, babbling_lines]

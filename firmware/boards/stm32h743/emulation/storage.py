@@ -1,57 +1,85 @@
-"""Flash bank 2 with its ECC (RM0433 4), and the backup SRAM. Both keep their bytes when the machine is reset."""
+"""Two banks of flash with their ECC and their exchange (RM0433 4), and the backup SRAM. All of it outlasts a reset."""
 
 import random
 
 from bus import Device
 
-KEYR, CR, SR, CCR = 0x104, 0x10C, 0x110, 0x114  # of bank 2
+KEYR, CR, SR, CCR, SET = 0x04, 0x0C, 0x10, 0x14, 0x100  # of the bank that runs; a set further those of the other one
+OPTKEYR, OPTCR, OPTSR_CUR, OPTSR_PRG = 0x08, 0x18, 0x1C, 0x20
 LOCK, PG, SER, BER, START = 1 << 0, 1 << 1, 1 << 2, 1 << 3, 1 << 7
+OPTION_LOCK, OPTION_START, SWAP = 1 << 0, 1 << 1, 1 << 31
 PROGRAMMING_ERROR, INCONSISTENT, DOUBLE_ECC = 1 << 18, 1 << 21, 1 << 26
-WORD, SECTOR = 32, 0x20000
+WORD, SECTOR, BANK = 32, 0x20000, 0x100000
+OWN, OTHER = 0x08000000, 0x08100000
+IMAGE, TRAILER = 0xBF000, 0x1000  # of a bank: what the core runs as memory, and the marks behind it
+BROWN_OUT = 3 << 2
 
 
 class FlashRegisters(Device):
-    """The controller: keys, lock, and what it complains about."""
+    """The controller: keys, lock, options, and what it complains about. Numbers of banks are 0 the own, 1 the other."""
 
     name = "FLASH"
+    erase_ns, write_ns, option_ns = 1.1e9, 100e3, 50e6
 
     def reset(self):
-        self.r = {0x00: 0x37, 0x1C: 3 << 2, 0x0C: 0x31, CR: 0x31}  # brown-out level 3
-        self.keys, self.status, self.busy_until, self.part = [], 0, 0.0, {}
+        banks = self.machine.banks
+        banks.exchange()
+        swap = SWAP if banks.swapped else 0
+        self.r = {0x00: 0x37, OPTCR: OPTION_LOCK | swap, OPTSR_CUR: BROWN_OUT | swap, OPTSR_PRG: BROWN_OUT | swap,
+                  CR: 0x31, SET + CR: 0x31}
+        self.keys, self.status, self.busy_until, self.part = {}, [0, 0], [0.0, 0.0, 0.0], {}
 
     def read(self, offset, size):
-        if offset == SR:
-            return self.status | (5 if self.machine.now < self.busy_until else 0)
+        bank = offset // SET
+        if offset in (SR, SET + SR):
+            return self.status[bank] | (5 if self.machine.now < self.busy_until[bank] else 0)
+        if offset == OPTSR_CUR:
+            return self.word(offset) | (self.machine.now < self.busy_until[2])
         return super().read(offset, size)
 
+    def unlocked_by(self, register, value, keys):
+        self.keys[register] = [*self.keys.get(register, []), value][-2:]
+        return self.keys[register] == keys
+
     def write(self, offset, value, size):
-        if offset == KEYR:
-            self.keys.append(value)
-            if self.keys[-2:] == [0x45670123, 0xCDEF89AB]:
-                self.r[CR] &= ~LOCK
-        elif offset == CR and self.word(CR) & LOCK:
+        bank, register = offset // SET, offset % SET
+        if register == KEYR:
+            if self.unlocked_by(offset, value, [0x45670123, 0xCDEF89AB]):
+                self.r[SET * bank + CR] &= ~LOCK
+        elif register == CR and self.word(offset) & LOCK:
             self.complain("CR written while it is locked")
-        elif offset == CR:
-            self.r[CR] = value & ~START
-            if value & START and value & BER or value & START and value >> 8 & 7 < 6:
-                self.complain("what is not the store's is erased")
+        elif register == CR:
+            self.r[offset] = value & ~START
+            if value & START and (value & BER or bank == 0):
+                self.complain("the bank that runs is erased, or a whole one")
             elif value & START and value & SER:
-                self.machine.store.erase((value >> 8 & 7) - 6)
-                self.busy_until = self.machine.now + 1.1e9
-        elif offset == CCR:
-            self.status &= ~value
+                self.machine.store.erase(value >> 8 & 7)
+                self.busy_until[bank] = self.machine.now + self.erase_ns
+        elif register == CCR:
+            self.status[bank] &= ~value
+        elif offset == OPTKEYR:
+            if self.unlocked_by(offset, value, [0x08192A3B, 0x4C5D6E7F]):
+                self.r[OPTCR] &= ~OPTION_LOCK
+        elif offset in (OPTCR, OPTSR_PRG) and self.word(OPTCR) & OPTION_LOCK:
+            self.complain("options written while they are locked")
+        elif offset == OPTCR:
+            self.r[OPTCR] = value & OPTION_LOCK | self.word(OPTCR) & SWAP
+            if value & OPTION_START:
+                wanted = self.word(OPTSR_PRG)
+                if wanted & ~SWAP != BROWN_OUT:
+                    self.complain("an option other than the exchange of the banks is written")
+                self.machine.banks.option = bool(wanted & SWAP)
+                self.r[OPTSR_CUR] = wanted
+                self.busy_until[2] = self.machine.now + self.option_ns
         else:
             super().write(offset, value, size)
 
 
-class Store:
-    """Sectors 6 and 7 of bank 2, in words of 32 bytes with one ECC each."""
+class Bank:
+    """Words of 32 bytes with one ECC each."""
 
-    BASE, SIZE = 0x081C0000, 2 * SECTOR
-
-    def __init__(self, machine):
-        self.machine, self.bytes = machine, bytearray(b"\xff" * self.SIZE)
-        self.programmed, self.torn = set(), set()
+    def __init__(self):
+        self.bytes, self.programmed, self.torn = bytearray(b"\xff" * BANK), set(), set()
 
     def copy(self):
         return bytes(self.bytes), frozenset(self.programmed), frozenset(self.torn)
@@ -60,40 +88,73 @@ class Store:
         content, programmed, torn = copied
         self.bytes, self.programmed, self.torn = bytearray(content), set(programmed), set(torn)
 
+    def load(self, at, content):
+        """By a programmer."""
+        self.bytes[at:at + len(content)] = content
+        self.programmed |= set(range(at // WORD, (at + len(content) - 1) // WORD + 1))
+
     def erase(self, sector):
         words = set(range(sector * SECTOR // WORD, (sector + 1) * SECTOR // WORD))
         self.bytes[sector * SECTOR:(sector + 1) * SECTOR] = b"\xff" * SECTOR
         self.programmed -= words
         self.torn -= words
 
+
+class Banks:
+    """Both, and which of them runs: what the option says takes effect at a reset."""
+
+    def __init__(self, machine):
+        self.machine, self.physical, self.option, self.swapped = machine, (Bank(), Bank()), False, None
+
+    def exchange(self):
+        if self.swapped != self.option:
+            self.swapped = self.option
+            self.machine.uc.mem_write(OWN, bytes(self.seen(0).bytes[:IMAGE]))
+            self.machine.uc.ctl_flush_tb()
+
+    def seen(self, number):
+        """0 the one that runs, 1 the other."""
+        return self.physical[number ^ bool(self.swapped)]
+
+
+class FlashWindow:
+    """A part of a bank as the core reads and writes it."""
+
+    def __init__(self, machine, number, first, size):
+        self.machine, self.number, self.first = machine, number, first
+        self.BASE, self.SIZE = (OWN, OTHER)[number] + first, size
+
     def read(self, _, offset, size, __):
-        machine = self.machine
-        if offset // WORD in self.torn:
-            machine.flash.status |= DOUBLE_ECC
+        machine, bank, at = self.machine, self.machine.banks.seen(self.number), self.first + offset
+        if at // WORD in bank.torn:
+            machine.flash.status[self.number] |= DOUBLE_ECC
             if not machine.ignores_bus_faults():
                 machine.fault = f"ECC error at {self.BASE + offset:#x}"
-        return int.from_bytes(self.bytes[offset:offset + size], "little")
+        return int.from_bytes(bank.bytes[at:at + size], "little")
 
     def write(self, _, offset, size, value, __):
-        flash, word = self.machine.flash, offset // WORD
-        if flash.word(CR) & LOCK or not flash.word(CR) & PG:
-            flash.status |= PROGRAMMING_ERROR
+        flash, bank, at = self.machine.flash, self.machine.banks.seen(self.number), self.first + offset
+        word, control = at // WORD, flash.word(SET * self.number + CR)
+        if control & LOCK or not control & PG:
+            flash.status[self.number] |= PROGRAMMING_ERROR
             flash.complain("written without PG")
             return
-        if self.machine.now < flash.busy_until:
+        if self.machine.now < flash.busy_until[self.number]:
             flash.complain("written while it is busy")
-        if any(at // WORD != word for at in flash.part):
-            flash.status |= INCONSISTENT
+        if any(begun // WORD != word for begun in flash.part):
+            flash.status[self.number] |= INCONSISTENT
             flash.complain("a word was left half written")
             flash.part = {}
-        flash.part.update({offset + k: value >> 8 * k & 0xFF for k in range(size)})
+        flash.part.update({at + k: value >> 8 * k & 0xFF for k in range(size)})
         if len(flash.part) == WORD:
-            if word in self.programmed:
+            if word in bank.programmed:
                 flash.complain("a word was programmed twice")
-            for at, byte in flash.part.items():
-                self.bytes[at] &= byte
-            self.programmed.add(word)
-            flash.part, flash.busy_until = {}, self.machine.now + 100e3
+            for begun, byte in flash.part.items():
+                bank.bytes[begun] &= byte
+            bank.programmed.add(word)
+            flash.part, flash.busy_until[self.number] = {}, self.machine.now + flash.write_ns
+            if self.number == 0:
+                self.machine.now += flash.write_ns  # the core waits for its next instruction
 
 
 class BackupRam:

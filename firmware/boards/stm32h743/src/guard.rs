@@ -20,12 +20,14 @@ const NUMBERED: u32 = 1 << 4;
 
 const DATA: u32 = NO_CODE | READ_WRITE;
 
-/// Address, size as a power of two, what is permitted. Sizes are those of the chip and of the parameter store.
-const REGIONS: [(u32, u32, u32); 6] = [
-    // bank 1: the image
+/// Address, size as a power of two, what is permitted; the last that holds an address counts. Sizes are the chip's.
+const REGIONS: [(u32, u32, u32); 7] = [
+    // the bank that runs: the image
     (0x0800_0000, 20, READ_ONLY | FLASH),
-    // sectors 6 and 7 of bank 2: the parameter store
-    (0x081C_0000, 18, DATA | FLASH),
+    // its trailer, for marks: the last 4 KB of its sixth sector
+    (0x080B_F000, 12, DATA | FLASH),
+    // the other bank: the image before it or the next, parameter sets
+    (0x0810_0000, 20, DATA | FLASH),
     // DTCM, from the interrupts' stack on
     (0x2000_0000, 17, DATA | RAM),
     // AXI SRAM, from thread mode's stack on

@@ -4,7 +4,7 @@
 //! |---|---|
 //! | `clocks`, `time` | clock tree; board time and the pulse per second |
 //! | `uart`, `memory` | the five ports, as `embedded-io`; memory that DMA reaches |
-//! | `flash`, `supply` | the parameter store's sectors; reset cause and supply |
+//! | `flash`, `supply` | sectors of parameters and images, exchange of the banks; reset cause and supply |
 //! | `backup`, `watchdog` | records of restart and crash; watchdog |
 //! | `guard` | what the core may reach |
 //! | `fault` | what a fault or panic leaves behind |
@@ -37,27 +37,27 @@ mod vitals;
 mod watchdog;
 
 use backseat_app::parameters::Settings;
-use backseat_app::store::{ParameterFlash, Response, RestartRecord};
-use backseat_app::{App, Progress, Pump, StepWatch};
+use backseat_app::store::{ParameterFlash, Response, RestartRecord, Start};
+use backseat_app::{App, Order, Progress, Pump, StepWatch};
 use backseat_app::{Recorder, poll_recorded, record_start};
 use backseat_wire::boardlog::LogRecord;
-use backseat_wire::hostlink::{Oscillator, ResetCause};
+use backseat_wire::hostlink::{Images, Oscillator, Refusal, ResetCause};
 use backup::BackupMemory;
 use card::Card;
 use clocks::ClockSource;
 use core::arch::asm;
 use core::sync::atomic::{AtomicBool, Ordering};
+use cortex_m::peripheral::SCB;
 use cortex_m_rt::entry;
 use defmt_rtt as _;
 use embassy_executor::{Executor, InterruptExecutor};
-use embassy_futures::select::{Either, select};
+use embassy_futures::select::{Either3, select3};
 use embassy_stm32::interrupt;
 use embassy_stm32::interrupt::{InterruptExt, Priority};
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
 use embassy_sync::zerocopy_channel::{Channel, Sender};
 use embassy_time::{Duration, Instant, Timer, with_timeout};
-use flash::StoreFlash;
 use leds::Leds;
 use log::Log;
 use memory::Memory;
@@ -76,6 +76,10 @@ const CARD_TICK: Duration = Duration::from_millis(20);
 const LOOK: Duration = Duration::from_secs(1);
 /// From so many resets by a fault on the card is left alone: it may be the cause.
 const CARD_RESETS: u32 = 2;
+/// An image that is not confirmed by then starts again: at its last start it is the image before it that does.
+const TRIAL: Duration = Duration::from_secs(60);
+/// The answer to a commit has left by then.
+const ANSWERED: Duration = Duration::from_millis(300);
 /// Most turns of the pump in a tick; each reads up to 256 bytes a port.
 const TURNS: usize = 8;
 /// No turn more after so long, µs: the watchdog and the transmitters have their turn, however late the next step is.
@@ -83,6 +87,10 @@ const LONGEST_TICK_US: u64 = 50_000;
 
 /// Whether a set was kept, on the way back from thread mode.
 static KEPT: Signal<CriticalSectionRawMutex, bool> = Signal::new();
+
+/// To thread mode: what is to be done with the images; and what has become of it.
+static ORDERS: Signal<CriticalSectionRawMutex, Order> = Signal::new();
+static CARRIED_OUT: Signal<CriticalSectionRawMutex, (Result<(), Refusal>, Images)> = Signal::new();
 
 /// What thread mode keeps in flash of the restart record: a mission is under way.
 static UNDER_WAY: AtomicBool = AtomicBool::new(false);
@@ -130,6 +138,11 @@ extern "C" fn thread() -> ! {
 #[embassy_executor::task]
 async fn start_and_store() {
     let mut watchdog = Watchdog::start();
+    let mut images = flash::images(fault::build());
+    if images.start() == Start::Return {
+        exchange_and_reset();
+    }
+    watchdog.feed();
     vitals::paint_stacks();
     let cause = supply::reset_cause();
     let oscillator = clocks::external();
@@ -147,7 +160,7 @@ async fn start_and_store() {
     // a fault resets the board by software
     let cause = crash.map_or(cause, |_| if cause == ResetCause::Software { ResetCause::Fault } else { cause });
     let Memory { dma, log, app, pump, settings, to_store, card } = defmt::unwrap!(memory::take());
-    let mut store = defmt::unwrap!(ParameterFlash::new(StoreFlash::new(p.FLASH)));
+    let mut store = defmt::unwrap!(ParameterFlash::in_two_banks(flash::parameter_sets()));
     let mut marked = store.is_under_way();
     // without a battery at VBAT backup SRAM forgets with the supply, and flash does not
     let last = backup.read().or_else(|| marked.then(RestartRecord::lost_under_way));
@@ -171,6 +184,10 @@ async fn start_and_store() {
         defmt::error!("the stored parameters do not fit together: defaults");
     }
     app.set_build(fault::build());
+    let known = images.report();
+    defmt::info!("images: {}", known);
+    let mut on_trial = known.trial.is_some();
+    app.set_images(known);
     let challenge = random::number();
     if challenge == 0 {
         defmt::error!("no random number: requests signed in one start of the board can be replayed in another");
@@ -222,6 +239,7 @@ async fn start_and_store() {
         record,
         to_store,
         storing: false,
+        renewing: false,
         warning: restart.resets > 0,
     };
     spawner.spawn(defmt::unwrap!(run(board)));
@@ -231,7 +249,7 @@ async fn start_and_store() {
     let card = card.write(if restart.resets < CARD_RESETS { Card::new(resources, crash) } else { Card::Absent });
     loop {
         // First: what the host waits for.
-        let next = with_timeout(CARD_TICK, select(from_app.receive(), supply::FALLS.wait())).await;
+        let next = with_timeout(CARD_TICK, select3(from_app.receive(), supply::FALLS.wait(), ORDERS.wait())).await;
         let under_way = UNDER_WAY.load(Ordering::Relaxed);
         if under_way != marked {
             marked = under_way;
@@ -239,19 +257,35 @@ async fn start_and_store() {
                 defmt::error!("under way {=bool} not kept: {}", under_way, error);
             }
         }
-        if let Ok(Either::Second(())) = next {
-            card.save(&mut records);
-        }
-        if let Ok(Either::First(settings)) = next {
-            let kept = store.save(settings);
-            from_app.receive_done();
-            match kept {
-                Ok(sequence) => defmt::info!("parameter set {=u32} kept", sequence),
-                Err(error) => defmt::error!("parameters not kept: {}", error),
+        match next {
+            Ok(Either3::First(settings)) => {
+                let kept = store.save(settings);
+                from_app.receive_done();
+                match kept {
+                    Ok(sequence) => defmt::info!("parameter set {=u32} kept", sequence),
+                    Err(error) => defmt::error!("parameters not kept: {}", error),
+                }
+                KEPT.signal(kept.is_ok());
+                // a new copy begins without marks
+                marked = store.is_under_way();
             }
-            KEPT.signal(kept.is_ok());
-            // a new copy begins without marks
-            marked = store.is_under_way();
+            Ok(Either3::Second(())) => card.save(&mut records),
+            Ok(Either3::Third(order)) => {
+                let outcome = order.carry_out(&mut images);
+                let known = images.report();
+                on_trial = known.trial.is_some();
+                CARRIED_OUT.signal((outcome, known));
+                if order == Order::Commit && outcome.is_ok() {
+                    card.save(&mut records);
+                    Timer::after(ANSWERED).await;
+                    exchange_and_reset();
+                }
+            }
+            Err(_) => {}
+        }
+        if on_trial && Instant::now() > Instant::MIN + TRIAL {
+            defmt::error!("not confirmed");
+            SCB::sys_reset();
         }
         card.serve(&mut records);
         log::tell(card.state());
@@ -259,6 +293,14 @@ async fn start_and_store() {
             looked = Instant::now();
             vitals::look_at_stacks();
         }
+    }
+}
+
+/// Starts the image of the other bank.
+fn exchange_and_reset() {
+    match flash::exchange_banks() {
+        Ok(()) => SCB::sys_reset(),
+        Err(error) => defmt::error!("the banks stay as they are: {}", error),
     }
 }
 
@@ -299,6 +341,8 @@ struct Board {
     to_store: Sender<'static, CriticalSectionRawMutex, Settings>,
     /// Thread mode has a set to store.
     storing: bool,
+    /// Thread mode has an order of an update.
+    renewing: bool,
     /// The board was reset by a fault, or could not keep its parameters.
     warning: bool,
 }
@@ -336,11 +380,26 @@ impl Board {
                 break;
             }
         }
+        self.renew();
         let now_us = self.clock.now_us();
         if self.steps.is_in_time(self.pump, now_us) {
             self.watchdog.feed();
         }
         self.vitals.worked(from_us, now_us);
+    }
+
+    /// Hands orders of an update to thread mode, and its answers back: each millisecond, as there are thousands.
+    fn renew(&mut self) {
+        if let Some((outcome, images)) = CARRIED_OUT.try_take() {
+            self.renewing = false;
+            self.app.updated(outcome, images);
+        }
+        if let Some(order) = self.app.to_update()
+            && !self.renewing
+        {
+            self.renewing = true;
+            ORDERS.signal(order.clone());
+        }
     }
 
     /// What board time is counted by from now on.

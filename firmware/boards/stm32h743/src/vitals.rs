@@ -124,7 +124,7 @@ impl Vitals {
     /// Flags stay until they are cleared: what is counted are steps with an error, for each memory.
     fn look_for_wrong_bits(&mut self) {
         let [corrected, lost] = &mut self.wrong_bits;
-        // Bank 1, the program's. A word of bank 2 that reads wrong is the store's own to judge.
+        // The bank that runs. A word of the other one that reads wrong is its reader's own to judge.
         let flash = pac::FLASH.bank(0);
         let status = flash.sr().read();
         *corrected = corrected.saturating_add(u32::from(status.sneccerr1()));

@@ -3,6 +3,8 @@
 use super::crash::Crash;
 use super::health::Health;
 use super::identification::{Estimates, FaultReport, Identification, LearntStored, Naming};
+use super::images::{Image, Images};
+use super::refusal::Refusal;
 use super::signed::Signed;
 use crate::packet::Key;
 use heapless::Vec;
@@ -295,47 +297,6 @@ pub struct ParameterInfo<'a> {
     pub default: f64,
 }
 
-/// Why a request was refused.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub enum Refusal {
-    /// No parameter of that name.
-    UnknownParameter,
-    /// Value not finite or outside [min, max].
-    OutOfRange,
-    /// Item out of order, too many items, or commit before all have come.
-    Sequence,
-    /// Not while a mission runs.
-    UnderWay,
-    /// The filter or the controller cannot be built from the set; the old one stays active.
-    InvalidSet,
-    /// Not in this mode: navigation has to be valid first.
-    NotReady,
-    /// The board has no memory for it, or is busy with it.
-    NoStore,
-    /// The memory refused; what was stored before is still there.
-    StoreFailed,
-    /// A mission runs or waits to begin, and parameters are not unlocked.
-    Locked,
-    /// Parameters that are each in range do not go together; the old set stays active.
-    Inconsistent {
-        /// The rule that does not hold (`backseat_core::parameters::Inconsistent`).
-        rule: u8,
-    },
-    /// The board keeps its own clock: it is not at rest, or lock-step was not announced (a step at time zero without
-    /// chunks).
-    OwnClock,
-    /// A safety limit may only become stricter while a mission runs or is armed.
-    Relaxes,
-    /// What was asked for is not safe.
-    Unsafe(ModeReason),
-    /// The fence is no simple polygon: fewer than three corners, or two of its edges meet.
-    Fence,
-    /// The board has a key, and takes what changes a flight only [`Signed`].
-    Unsigned,
-    /// Signed by another key, for another start of the board, or heard before.
-    Forged,
-}
-
 /// PC to board.
 #[expect(clippy::large_enum_variant, reason = "there is no allocator to box the large ones")]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -415,6 +376,21 @@ pub enum ToBoard<'a> {
     ChallengeGet,
     /// A request and its code.
     Signed(#[serde(borrow)] Signed<'a>),
+    /// Ask which images the board has.
+    UpdateGet,
+    /// An image for the other bank comes next. As with the requests below, the answer comes when flash is written.
+    UpdateBegin(Image),
+    /// The next bytes of it.
+    UpdateWrite {
+        /// Their place, from 0: where the last ones ended.
+        offset: u32,
+        /// At most [`UPDATE_CHUNK`](super::UPDATE_CHUNK); but for the last ones so many.
+        bytes: &'a [u8],
+    },
+    /// All have come: if the CRC is right, the board starts again with the new image, on trial.
+    UpdateCommit,
+    /// The image that runs stays.
+    UpdateConfirm,
 }
 
 /// Board to PC.
@@ -487,4 +463,6 @@ pub enum FromBoard<'a> {
         /// That of the last signed request that was taken.
         counter: u64,
     },
+    /// Answer to `UpdateGet`.
+    Images(Images),
 }

@@ -7,7 +7,9 @@ mod codec;
 mod crash;
 mod health;
 mod identification;
+mod images;
 mod messages;
+mod refusal;
 mod signed;
 mod signing;
 
@@ -18,8 +20,10 @@ pub use identification::{
     Activity, Decision, DecisionReason, Estimate, Estimates, FaultCause, FaultDiagnosis, FaultReport, FaultState,
     Identification, LearntStored, MAX_ESTIMATES, MAX_NAMED, NamedCause, Naming, UsedFor, Visibility,
 };
+pub use images::{Image, Images, StoredImage, UPDATE_CHUNK};
 pub use messages::{
     Chunk, FromBoard, FusionTelemetry, MAX_CHUNKS, MAX_FENCE_CORNERS, MAX_PPS, Mode, ModeReason, ParameterInfo, Port,
-    Refusal, ResetCause, Restart, Ship, Step, StepDone, Telemetry, ToBoard, Waypoint,
+    ResetCause, Restart, Ship, Step, StepDone, Telemetry, ToBoard, Waypoint,
 };
+pub use refusal::Refusal;
 pub use signed::Signed;

@@ -65,6 +65,7 @@ impl<'a> ToBoard<'a> {
                 | Self::HealthGet
                 | Self::KeyBegin
                 | Self::ChallengeGet
+                | Self::UpdateGet
                 | Self::Signed(_)
         )
     }

@@ -1,7 +1,7 @@
 //! What the board sent against what the replay sends: where they part, in which record, in which field.
 
 use backseat_logs::STATE_COLUMNS;
-use backseat_wire::hostlink::{Decoder, FromBoard, Health, Port};
+use backseat_wire::hostlink::{Decoder, FromBoard, Health, Port, Refusal};
 use serde::Serialize;
 use serde_json::Value;
 use std::collections::VecDeque;
@@ -231,6 +231,11 @@ fn judge(logged: &[u8], replayed: &[u8]) -> Judgement {
             }
             // a number of the start that is in no log
             (Some(FromBoard::Challenge { .. }), Some(FromBoard::Challenge { .. })) => Judgement::Same,
+            // this computer has no image to renew
+            (
+                Some(FromBoard::Images(_) | FromBoard::Done | FromBoard::Refused(_)),
+                Some(FromBoard::Refused(Refusal::NoStore)),
+            ) => Judgement::Same,
             (Some(FromBoard::Health(_)), replayed) if !matches!(replayed, Some(FromBoard::Health(_))) => {
                 Judgement::OnlyLogged { losses: true }
             }

@@ -2,6 +2,7 @@
 
 mod declared;
 mod refusal;
+mod update;
 
 pub use crate::port_name::PortName;
 pub use declared::{Declared, Effect, number};

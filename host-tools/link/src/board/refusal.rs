@@ -12,10 +12,13 @@ pub fn reason(refusal: Refusal) -> String {
         Refusal::Sequence => "items arrived out of order, there are too many, or some are missing",
         Refusal::UnderWay => "a mission runs or is armed; stop it first (backseat mission stop)",
         Refusal::InvalidSet => "the filter or the controller cannot be built from these numbers",
-        Refusal::NotReady => "not now: navigation is lost, parameters are being stored, or the fins are being tested",
-        Refusal::NoStore => "it has no flash for parameters, or is still writing them",
+        Refusal::NotReady => {
+            "not now: navigation is lost, flash is being written, the fins are being tested, or the frontseat has not \
+             acknowledged a stop"
+        }
+        Refusal::NoStore => "it has no flash for that, or is still writing it",
         Refusal::Locked => "a mission runs or is armed; --unlock admits the parameters that may change under way",
-        Refusal::StoreFailed => "writing its flash failed; the set stored before is still there",
+        Refusal::StoreFailed => "writing its flash failed; what was stored before is still there",
         Refusal::Inconsistent { rule } => match Inconsistent::of_rule(rule) {
             Some(inconsistent) => return inconsistent.to_string(),
             None => "parameters do not go together (by a rule of newer firmware than this program)",
@@ -31,6 +34,9 @@ pub fn reason(refusal: Refusal) -> String {
              [acoustics] key)"
         }
         Refusal::Forged => "its key is another than the one given, or another program signed a request meanwhile",
+        Refusal::OnTrial => "its firmware is on trial: confirm it (backseat update --confirm), or let it return",
+        Refusal::NotAnImage => "it is no image for this board's chip, or larger than a bank of its flash",
+        Refusal::ImageDamaged => "what is in its flash has another CRC than the file; the old firmware runs on",
         Refusal::Unsafe(cause) => {
             return format!("not safe by the limits of its section safety: {}", mode_reason(cause));
         }

@@ -292,6 +292,7 @@ impl Model {
             // Answers to another program.
             FromBoard::StepDone(_)
             | FromBoard::Challenge { .. }
+            | FromBoard::Images(_)
             | FromBoard::Done
             | FromBoard::Refused(_)
             | FromBoard::Fence { .. }
