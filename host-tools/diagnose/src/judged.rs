@@ -77,7 +77,8 @@ pub fn unfounded(log_data: &PreparedLog, joint: &JointFit) -> Option<Refusal> {
         let (name, sizes) = (instance.candidate.label(), &instance.sizes);
         let sigmas = &joint.sigmas[at..at + sizes.len()];
         at += sizes.len();
-        let holds_zero = !is_stuck(instance) && sizes.iter().zip(sigmas).all(|(size, sigma)| size.abs() < Z_95 * sigma);
+        let holds_zero =
+            !instance.candidate.is_stuck() && sizes.iter().zip(sigmas).all(|(size, sigma)| size.abs() < Z_95 * sigma);
         if !is_possible(instance, sigmas, log_data.setup.parameters.length_m) {
             return refusal(place, format!("{name} is not named: {IMPOSSIBLE}"), true);
         }
@@ -88,7 +89,8 @@ pub fn unfounded(log_data: &PreparedLog, joint: &JointFit) -> Option<Refusal> {
     let trained = log_data.fit(&joint.instances, DataPart::Train)?;
     let without = without_each(log_data, &joint.instances, DataPart::Train)?;
     let of = borne_out(log_data, &trained.pass, &without, DataPart::Choose);
-    let is_vain = |(instance, of): (&Instance, &BorneOut)| of.is_refuted() || is_stuck(instance) && of.gain <= 0.0;
+    let is_vain =
+        |(instance, of): (&Instance, &BorneOut)| of.is_refuted() || instance.candidate.is_stuck() && of.gain <= 0.0;
     let vain: Vec<bool> = joint.instances.iter().zip(&of).map(is_vain).collect();
     let place = worst(&of, |place| vain[place])?;
     let name = joint.instances[place].candidate.label();
@@ -112,11 +114,6 @@ pub fn of_terms(log_data: &PreparedLog, before: &Pass, with: &Pass) -> BorneOut 
     borne_out(log_data, with, std::slice::from_ref(before), DataPart::Judge).pop().unwrap_or_default()
 }
 
-/// A fin that is stuck at zero is an effect already.
-fn is_stuck(instance: &Instance) -> bool {
-    instance.candidate.fin.is_some() && instance.candidate.span.is_some()
-}
-
 /// Of each effect, by the passes with all and without each.
 fn borne_out(log_data: &PreparedLog, with: &Pass, without: &[Pass], part: DataPart) -> Vec<BorneOut> {
     let block = |t_s: f64| log_data.split.is_at(part, t_s).then(|| (t_s / log_data.split.block_s) as usize);
@@ -135,7 +132,7 @@ mod tests {
     use crate::candidates::Candidate;
 
     fn instance(effect: &'static str, sizes: &[f64]) -> Instance {
-        Instance { candidate: Candidate { effect, fin: None, span: None }, sizes: sizes.to_vec() }
+        Instance { candidate: Candidate { effect, member: None, span: None }, sizes: sizes.to_vec() }
     }
 
     #[test]

@@ -176,8 +176,7 @@ fn still_needed(joint: &JointFit) -> Vec<bool> {
                 instance.sizes.iter().zip(&joint.sigmas[at..at + sizes]).map(|(x, s)| (x / s).powi(2)).sum();
             at += sizes;
             // A joint test would need their covariance; the sum bounds it well enough to drop what is nothing.
-            instance.candidate.fin.is_some() && instance.candidate.span.is_some()
-                || chi_square_tail(square, sizes) < 1e-3
+            instance.candidate.is_stuck() || chi_square_tail(square, sizes) < 1e-3
         })
         .collect()
 }

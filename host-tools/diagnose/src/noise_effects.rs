@@ -57,7 +57,7 @@ fn is_swell(waves: &waves::Waves) -> bool {
 }
 
 fn noise_found(effect: &'static str, sizes: &[(f64, [f64; 2])], p_value: f64) -> FoundEffect {
-    let candidate = Candidate { effect, fin: None, span: None };
+    let candidate = Candidate { effect, member: None, span: None };
     let parameters = candidate.info().parameters.iter().zip(sizes);
     let values = parameters
         .map(|(p, (value, ci95))| ParameterEstimate {

@@ -313,5 +313,5 @@ pub fn refit(log_data: &PreparedLog, instances: &[Instance]) -> Option<JointFit>
 /// Whether two instances are the same cause.
 #[must_use]
 pub fn is_same(a: &Candidate, b: &Candidate) -> bool {
-    a.effect == b.effect && a.fin == b.fin
+    a.effect == b.effect && a.member == b.member
 }

@@ -316,7 +316,7 @@ fn ladder<M: LogModel>(linear: &Linearised<'_, M>, all: &[Hypothesis], calibrate
 
 fn hypothesis(effect: &'static str, free: Vec<usize>) -> Hypothesis {
     Hypothesis {
-        candidate: Candidate { effect, fin: None, span: None },
+        candidate: Candidate { effect, member: None, span: None },
         free,
         ends: Vec::new(),
         fixed: Vec::new(),
