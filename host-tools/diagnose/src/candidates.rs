@@ -53,6 +53,15 @@ pub fn continued_by(effect: &str) -> Option<&'static str> {
     CONTINUES.iter().find(|(higher, _)| *higher == effect).map(|(_, lower)| *lower)
 }
 
+/// What separates an entry from the one whose higher order it is, if it is one, where a log does not.
+#[must_use]
+pub fn inseparable(effect: &str) -> Option<String> {
+    let lower = continued_by(effect)?;
+    let confusion = effects::find_of_log(effect)?.confused_with.iter().find(|confusion| confusion.effect == lower)?;
+    let [when, manoeuvre] = [confusion.condition, confusion.separating_manoeuvre];
+    Some(format!("{effect} cannot be separated from {lower} by this log. {when}. To separate them: {manoeuvre}"))
+}
+
 /// Tells every hypothesis the columns of the entry that it continues.
 pub fn set_lower(hypotheses: &mut [Hypothesis]) {
     for place in 0..hypotheses.len() {
@@ -203,6 +212,12 @@ impl Instance {
 #[must_use]
 pub fn set_of(declared: &Effects, instances: &[Instance]) -> Effects {
     instances.iter().fold(*declared, |set, instance| instance.apply(&set))
+}
+
+/// All but one.
+#[must_use]
+pub fn others(instances: &[Instance], place: usize) -> Vec<Instance> {
+    instances.iter().enumerate().filter(|(i, _)| *i != place).map(|(_, other)| other.clone()).collect()
 }
 
 /// What a log holds that the entries of the catalogue need.

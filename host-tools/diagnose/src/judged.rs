@@ -1,9 +1,9 @@
 //! What an effect must be to be named: possible for the vehicle, not zero, and of use on the data that judges.
 
 use crate::borne_out::BorneOut;
-use crate::candidates::Instance;
+use crate::candidates::{Instance, others};
 use crate::prepared_log::{DataPart, JointFit, PreparedLog};
-use crate::search::{Evidence, Round};
+use crate::selection::{Evidence, Refusal, Round};
 use crate::whitener::Pass;
 use backseat_logs::stats::Z_95;
 use rayon::prelude::*;
@@ -47,8 +47,7 @@ pub fn without_each(log_data: &PreparedLog, accepted: &[Instance], part: DataPar
     (0..accepted.len())
         .into_par_iter()
         .map(|place| {
-            let mut others = accepted.to_vec();
-            others.remove(place);
+            let others = others(accepted, place);
             if others.is_empty() {
                 return Some(log_data.declared.clone());
             }
@@ -57,26 +56,14 @@ pub fn without_each(log_data: &PreparedLog, accepted: &[Instance], part: DataPar
         .collect()
 }
 
-/// An effect that is not named.
-pub struct Refusal {
-    /// Its place among those accepted.
-    pub place: usize,
-    /// In a sentence.
-    pub note: String,
-    /// Whether it is significant, and of a size that this vehicle cannot have.
-    pub is_impossible: bool,
-}
-
 /// The effect that should not be accepted, if there is one: impossible, of a size whose interval holds zero, or, with the
 /// values of the training blocks, not borne out by the choosing ones.
 #[must_use]
 pub fn unfounded(log_data: &PreparedLog, joint: &JointFit) -> Option<Refusal> {
     let refusal = |place, note, is_impossible| Some(Refusal { place, note, is_impossible });
-    let mut at = 0;
     for (place, instance) in joint.instances.iter().enumerate() {
         let (name, sizes) = (instance.candidate.label(), &instance.sizes);
-        let sigmas = &joint.sigmas[at..at + sizes.len()];
-        at += sizes.len();
+        let sigmas = joint.sigmas_of(place);
         let holds_zero =
             !instance.candidate.is_stuck() && sizes.iter().zip(sigmas).all(|(size, sigma)| size.abs() < Z_95 * sigma);
         if !is_possible(instance, sigmas, log_data.setup.parameters.length_m) {
