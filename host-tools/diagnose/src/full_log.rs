@@ -1,5 +1,5 @@
-//! Selection where a log's dynamics are run: hypotheses are columns of one pass of the filter, so that nothing is accepted
-//! at first.
+//! Selection where a log's dynamics are run: hypotheses are columns of one pass of the filter, so that nothing is
+//! accepted at first.
 
 use crate::candidates::{Instance, set_of};
 use crate::found::FoundEffect;
@@ -73,8 +73,8 @@ impl Selectable for FullLog<'_> {
         joint.seen_square + COST * numbers as f64
     }
 
-    /// By Wald's test at the joint fit: a joint test would need the covariance of the sizes; the sum bounds it well enough
-    /// to drop what is nothing.
+    /// By Wald's test at the joint fit: a joint test would need the covariance of the sizes; the sum bounds it well
+    /// enough to drop what is nothing.
     fn worth(&self, effects: &[Instance], place: usize, joint: &JointFit) -> Worth {
         let (own, sizes) = (effects[place].candidate, effects[place].sizes.len());
         let at = joint.instances.iter().position(|instance| instance.candidate == own).unwrap_or(place);

@@ -1,10 +1,10 @@
 //! Which effects are accepted: one engine for every log, whatever model it is compared with.
 //!
 //! Each step does the first of these that there is to do, and fits what is accepted together again: what is not needed
-//! beside the others is dropped, the weakest first; what cannot be is refused; what is missed is added, of the candidates
-//! that are significant the one that explains most. It ends where there is nothing to do; nothing is added any more where
-//! the last that was made another superfluous. A model whose hypotheses are columns of one pass begins with nothing
-//! accepted; one whose joint fit moves every entry freely begins with all.
+//! beside the others is dropped, the weakest first; what cannot be is refused; what is missed is added, the one that
+//! explains most of the candidates that are significant. It ends where there is nothing to do. Nothing is added any
+//! more where the last addition made another effect superfluous. A model whose hypotheses are columns of one pass
+//! begins with nothing accepted; one whose joint fit moves every entry freely begins with all.
 
 use crate::candidates::Instance;
 use crate::split::DataPart;
@@ -18,11 +18,11 @@ pub const MOST_EFFECTS: usize = 4;
 pub const BLOCKS_A_NUMBER: usize = 4;
 /// Cost of a fitted number where gains are compared (Akaike).
 pub const COST: f64 = 2.0;
-/// Gain beyond that cost from which an effect of runs stays in the model that predicts them: what is certain over all that
-/// was asked is told when it is named.
+/// Gain beyond that cost from which an effect of runs stays in the model that predicts them: what is certain over all
+/// that was asked is told when it is named.
 pub const PREDICTIVE_GAIN: f64 = 8.0;
-/// Candidates whose gain falls short of the best by less than this, a number and a share, are fitted in full: by so much
-/// a derivative may promise too much.
+/// Candidates whose gain falls short of the best by less than this, a number and a share, are fitted in full: by so
+/// much a derivative may promise too much.
 const CLOSE: (f64, f64) = (40.0, 0.1);
 /// Most of them.
 const MOST_CLOSE: usize = 4;
@@ -170,8 +170,8 @@ pub fn select<M: Selectable>(
     rounds(model, start, progress, M::settle)
 }
 
-/// Where two effects hide each other, the first may take up so much of the second that its derivative no longer shows it:
-/// another selection begins with another effect, and what explains more stays.
+/// Where two effects hide each other, the first may take up so much of the second that its derivative no longer shows
+/// it: another selection begins with another effect, and what explains more stays.
 pub fn in_another_order<M: Selectable>(
     model: &mut M,
     first: Selected<M::Fit>,

@@ -89,8 +89,9 @@ impl<'a, M: LogModel> Linearised<'a, M> {
         if base.is_finite() { value(&with) - base } else { f64::NEG_INFINITY }
     }
 
-    /// What a hypothesis is worth beside `others`, and beside the entry whose higher order it is; `None` where it leaves no
-    /// trace of its own. It is determined where the log says more of its sizes than what is plausible of them.
+    /// What a hypothesis is worth beside `others`, and beside the entry whose higher order it is; `None` where it
+    /// leaves no trace of its own. It is determined where the log says more of its sizes than what is plausible of
+    /// them.
     pub fn evidence(&self, hypothesis: &Hypothesis, others: &[Column]) -> Option<Evidence> {
         let (own, degrees) = (columns(&hypothesis.free), hypothesis.free.len());
         let added = self.added(&own, others, degrees)?;

@@ -199,8 +199,8 @@ impl<'a, M: LogModel> Selectable for Entries<'a, M> {
         Worth::by_chance(p * self.all.len() as f64, score)
     }
 
-    /// Outside what this vehicle can have; or the entry that loses most where effects are chosen, by sizes of the data that
-    /// fit.
+    /// Outside what this vehicle can have; or the entry that loses most where effects are chosen, by sizes of the data
+    /// that fit.
     fn refusal(&self, effects: &[Instance], linear: &Linearised<'a, M>) -> Option<Refusal> {
         let chosen = self.hypotheses(effects);
         let outside = |place: usize| Some(Refusal { place, note: self.outside(&effects[place])?, is_impossible: true });
