@@ -4,15 +4,17 @@ use crate::candidates::{self, Candidate, Instance, Span, set_of};
 use crate::linear;
 use crate::normal_equations::Column;
 use crate::prepared_log::{DataPart, PreparedLog};
-use crate::search::{self, Round, is_same, tail};
+use crate::search::{self, is_same, tail};
+use crate::selection::Round;
+use backseat_logs::stats::chi_square_tail;
 use rayon::prelude::*;
 
-/// An entry adds nothing beside a alternative if the data would do so by chance with this probability: then the
+/// An entry adds nothing beside an alternative if the data would do so by chance with this probability: then the
 /// alternative cannot be excluded.
 const UNDECIDED: f64 = 2e-3;
-/// Competitors that are fitted in full.
+/// Alternatives that are fitted in full.
 const MOST_ALTERNATIVES: usize = 5;
-/// By how much a alternative's gain on the linearised problem may fall short to be fitted in full: a number, and a
+/// By how much an alternative's gain on the linearised problem may fall short to be fitted in full: a number, and a
 /// share of the gain for what linearisation is worth.
 const SHORT: (f64, f64) = (60.0, 0.03);
 
@@ -44,8 +46,7 @@ impl Alternative {
 #[must_use]
 pub fn find(log_data: &PreparedLog, accepted: &[Instance], place: usize, round: &Round) -> Vec<Alternative> {
     let accepted_one = &accepted[place];
-    let others: Vec<Instance> =
-        accepted.iter().enumerate().filter(|(i, _)| *i != place).map(|(_, instance)| instance.clone()).collect();
+    let others = candidates::others(accepted, place);
     let own_gain = round
         .ladder
         .iter()
@@ -93,8 +94,9 @@ fn alternative(
     let deficit = joint.seen_square - own;
     let instance = joint.instances.last()?.clone();
     // What the accepted entry adds to its alternative, the rest refitted.
-    let (degrees, gain, inflation, blocks) = if instance.candidate.effect == accepted_one.candidate.effect {
-        (accepted_one.candidate.degrees(), deficit, 1.0, usize::MAX)
+    let degrees = accepted_one.candidate.degrees();
+    let p = if instance.candidate.effect == accepted_one.candidate.effect {
+        chi_square_tail(deficit, degrees)
     } else {
         let set = set_of(&log_data.scope.declared, &joint.instances);
         let (terms, hypotheses) = added(log_data, &joint.instances, &accepted_one.candidate);
@@ -108,16 +110,11 @@ fn alternative(
         match linear::fit(&sum, &free, &fixed) {
             Some(fit) => {
                 let (inflation, blocks) = linear::inflation(&pass.normal, log_data.seen(), &free, &fit, &fixed);
-                (accepted_one.candidate.degrees(), (fit.gain - base).max(deficit), inflation, blocks)
+                tail((fit.gain - base).max(deficit), inflation, blocks, degrees)
             }
             // The two are one and the same to working precision.
-            None => (accepted_one.candidate.degrees(), deficit, 1.0, usize::MAX),
+            None => chi_square_tail(deficit, degrees),
         }
-    };
-    let p = if blocks == usize::MAX {
-        backseat_logs::stats::chi_square_tail(gain, degrees)
-    } else {
-        tail(gain, inflation, blocks, degrees)
     };
     let separating_manoeuvre = manoeuvre(&accepted_one.candidate, &instance.candidate);
     Some(Alternative { instance, deficit, p, is_separable: true, separating_manoeuvre })

@@ -5,7 +5,7 @@
 //! Σ d² is small the data say nothing of the effect.
 
 use crate::whitener::Pass;
-use backseat_logs::stats::Z_95;
+use backseat_logs::stats::{Z_95, mean_ci95};
 use std::collections::BTreeMap;
 
 /// Data that would gain less than this by the effect as it was found say nothing of it: two and a half sigmas of the gain
@@ -55,6 +55,16 @@ impl BorneOut {
         let falls_short = self.gain + Z_95 * self.error < self.expected && self.gain < 0.5 * self.expected;
         self.is_tested() && (self.gain <= 0.0 || falls_short)
     }
+}
+
+/// By how much Σ e² of a block falls from one pass to another, over the blocks that judge: mean and 95 % interval.
+#[must_use]
+pub fn gain_per_block(before: &Pass, after: &Pass, is_judged: impl Fn(usize) -> bool) -> Option<(f64, [f64; 2])> {
+    let pairs = before.normal.blocks.iter().zip(&after.normal.blocks).enumerate();
+    let judged = pairs.filter(|(index, (before, _))| before.count > 0 && is_judged(*index));
+    let gains: Vec<f64> = judged.map(|(_, (before, after))| before.square - after.square).collect();
+    let (low, high) = mean_ci95(&gains)?;
+    Some((gains.iter().sum::<f64>() / gains.len() as f64, [low, high]))
 }
 
 impl std::fmt::Display for BorneOut {

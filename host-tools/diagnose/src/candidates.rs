@@ -16,13 +16,13 @@ pub struct Span {
     pub end_s: Option<f64>,
 }
 
-/// An entry of the catalogue, with the fin and the time where it has them.
+/// An entry of the catalogue, with its member and its time where it has them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Candidate {
     /// The entry.
     pub effect: &'static str,
-    /// Which fin, from 0, or which transponder, its number, where it has one.
-    pub fin: Option<usize>,
+    /// Which of several that are alike: a fin, from 0, or a transponder, its number.
+    pub member: Option<usize>,
     /// When, where it is an event.
     pub span: Option<Span>,
 }
@@ -51,6 +51,15 @@ const CONTINUES: [(&str, &str); 1] = [("soft_iron", "heading_bias")];
 #[must_use]
 pub fn continued_by(effect: &str) -> Option<&'static str> {
     CONTINUES.iter().find(|(higher, _)| *higher == effect).map(|(_, lower)| *lower)
+}
+
+/// What separates an entry from the one whose higher order it is, if it is one, where a log does not.
+#[must_use]
+pub fn inseparable(effect: &str) -> Option<String> {
+    let lower = continued_by(effect)?;
+    let confusion = effects::find_of_log(effect)?.confused_with.iter().find(|confusion| confusion.effect == lower)?;
+    let [when, manoeuvre] = [confusion.condition, confusion.separating_manoeuvre];
+    Some(format!("{effect} cannot be separated from {lower} by this log. {when}. To separate them: {manoeuvre}"))
 }
 
 /// Tells every hypothesis the columns of the entry that it continues.
@@ -101,11 +110,11 @@ impl Candidate {
         effects::find_of_log(self.effect).expect("candidates come from the catalogue")
     }
 
-    /// Name with the fin, for the ladder of hypotheses.
+    /// Name with the fin or transponder, for the ladder of hypotheses.
     #[must_use]
     pub fn label(&self) -> String {
-        match self.fin {
-            Some(fin) => format!("{} ({})", self.effect, self.which(fin)),
+        match self.member {
+            Some(member) => format!("{} ({})", self.effect, self.which(member)),
             None => self.effect.to_owned(),
         }
     }
@@ -122,8 +131,8 @@ impl Candidate {
     pub fn values(&self, sizes: &[f64]) -> Vec<f64> {
         let mut sizes = sizes.iter();
         let value = |kind: ParameterKind, sizes: &mut std::slice::Iter<'_, f64>| match kind {
-            ParameterKind::Fin => self.fin.map_or(0.0, |fin| (fin + 1) as f64),
-            ParameterKind::Transponder => self.fin.map_or(0.0, |number| number as f64),
+            ParameterKind::Fin => self.member.map_or(0.0, |fin| (fin + 1) as f64),
+            ParameterKind::Transponder => self.member.map_or(0.0, |number| number as f64),
             ParameterKind::Onset => self.span.map_or(0.0, |span| span.onset_s),
             ParameterKind::End => self.span.and_then(|span| span.end_s).unwrap_or(0.0),
             ParameterKind::Size | ParameterKind::Shape => sizes.next().copied().unwrap_or(0.0),
@@ -162,6 +171,12 @@ impl Candidate {
         (info.hooks.input.is_some() || log_effects::is_of_inputs(info.name)) && parameter.unit == "s"
     }
 
+    /// Whether it is a fin that no longer moves: one that is stuck at zero is an effect already.
+    #[must_use]
+    pub fn is_stuck(&self) -> bool {
+        self.member.is_some() && self.span.is_some()
+    }
+
     /// Whether it ends before the log does.
     #[must_use]
     pub fn ends(&self) -> bool {
@@ -197,6 +212,12 @@ impl Instance {
 #[must_use]
 pub fn set_of(declared: &Effects, instances: &[Instance]) -> Effects {
     instances.iter().fold(*declared, |set, instance| instance.apply(&set))
+}
+
+/// All but one.
+#[must_use]
+pub fn others(instances: &[Instance], place: usize) -> Vec<Instance> {
+    instances.iter().enumerate().filter(|(i, _)| *i != place).map(|(_, other)| other.clone()).collect()
 }
 
 /// What a log holds that the entries of the catalogue need.
@@ -284,13 +305,13 @@ pub fn catalogue(
         }
         let has = |kind| info.parameters.iter().any(|parameter| parameter.kind == kind);
         let is_event = has(ParameterKind::Onset);
-        let fins: Vec<Option<usize>> = match (has(ParameterKind::Fin), has(ParameterKind::Transponder)) {
+        let members: Vec<Option<usize>> = match (has(ParameterKind::Fin), has(ParameterKind::Transponder)) {
             (true, _) => (0..FIN_NAMES.len()).map(Some).collect(),
             (_, true) => scope.stations.iter().map(|number| Some(*number as usize)).collect(),
             _ => vec![None],
         };
-        for fin in fins {
-            let candidate = Candidate { effect: info.name, fin, span: is_event.then_some(Span::ALWAYS) };
+        for member in members {
+            let candidate = Candidate { effect: info.name, member, span: is_event.then_some(Span::ALWAYS) };
             hypotheses.extend(add_entry(&set, &candidate, spans, &mut terms, &mut column));
         }
     }
@@ -311,8 +332,7 @@ fn add_entry(
     let always = Candidate { span: is_event.then_some(Span::ALWAYS), ..*candidate };
     let bounds = always.bounds();
     let none = vec![0.0; bounds.len()];
-    // A fin that is stuck at zero is an effect already.
-    let is_stuck = is_event && candidate.fin.is_some();
+    let is_stuck = candidate.is_stuck();
     let without = if is_stuck { always.apply(set, &none) } else { *set };
     let mut times: Vec<f64> = spans.iter().flat_map(|span| [Some(span.onset_s), span.end_s]).flatten().collect();
     times.sort_by(f64::total_cmp);

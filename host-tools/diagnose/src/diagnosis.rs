@@ -1,30 +1,32 @@
 //! The whole loop: find a significant residual, trace it to effects, add them, and repeat.
 
 use crate::alternatives::{self, Alternative};
-use crate::candidates::{Candidate, Instance, set_of};
+use crate::borne_out::gain_per_block;
+use crate::candidates::{Candidate, Instance, others, set_of};
 use crate::coloured_noise::{self, Noise};
 use crate::event_times::{self, Intervals};
 pub use crate::found::{FoundEffect, ParameterEstimate};
+use crate::full_log::FullLog;
 use crate::judged;
-use crate::ladder::{self, Ladder};
 use crate::log_effects::Effects;
 use crate::prepared_log::{DataPart, JointFit, PreparedLog};
 use crate::proposal::{self, ProposedTerm};
 use crate::remaining::Remaining;
 use crate::samples::ResidualChannel;
 use crate::scores::{Whiteness, whiteness, whiteness_p};
-use crate::search::{self, Round};
+use crate::search;
+use crate::selection::{self, Round, Selected};
 use crate::statistics::MOST_COLOURED;
 use crate::structure::{self, Structure};
 use crate::timing;
 use crate::verdict::{self, Conditions, LEAST_WHITENESS_P, Verdict};
 use crate::whitener::Pass;
 use backseat_core::effects::ParameterKind;
-use backseat_logs::stats::{Z_95, chi_square_tail, mean_ci95};
+use backseat_logs::stats::{Z_95, chi_square_tail};
 use rayon::prelude::*;
 
 /// The result of a diagnosis.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Diagnosis {
     /// In one word.
     pub verdict: Verdict,
@@ -101,36 +103,38 @@ fn propose(log_data: &mut PreparedLog, diagnosis: &mut Diagnosis) {
     }
 }
 
-/// The ladder; where its innovations are not white, noise that lasts is estimated beside what it found, and the ladder
-/// begins again against that noise. What effects hide from each other is looked for in the end: lasting noise looks like it.
-fn climb(log_data: &mut PreparedLog, mut progress: impl FnMut(&str)) -> Option<Ladder> {
-    let mut ladder = ladder::climb(log_data, &mut progress)?;
-    let joint = match &ladder.joint {
-        Some(joint) => joint.clone(),
-        None => search::refit(log_data, &ladder.accepted)?,
-    };
-    if !log_data.is_noise_estimated && !coloured_noise::suspected(log_data, &joint.pass).is_empty() {
+/// Selects; where what is left is not white, noise that lasts is estimated beside what was found, and the selection begins
+/// again against that noise. What effects hide from each other is looked for in the end: lasting noise looks like it.
+fn select(
+    log_data: &mut PreparedLog,
+    progress: &mut dyn FnMut(&str),
+) -> Option<(Selected<JointFit>, Vec<FoundEffect>)> {
+    let mut log = FullLog { log_data, noise_effects: Vec::new() };
+    let mut selected = log.select(progress)?;
+    if !log.log_data.is_noise_estimated && !coloured_noise::suspected(log.log_data, &selected.fit.pass).is_empty() {
         progress("noise that lasts");
+        let log_data = &mut *log.log_data;
         log_data.is_noise_estimated = true;
-        if let Some(noise) = lasting_noise(log_data, &joint.instances, &ladder) {
+        if let Some(noise) = lasting_noise(log_data, &selected.accepted, &log.noise_effects) {
             log_data.setup.colours = noise.colours;
             (log_data.own_scale, log_data.setup.scale) = (noise.scale, noise.scale);
             // Against noise as it is the timing of the inputs shows better. A lag takes up half a sample of it.
-            let is_late = joint.instances.iter().any(|instance| instance.candidate.is_lag());
-            if is_late || !log_data.retime(&joint.instances)? {
+            let is_late = selected.accepted.iter().any(|instance| instance.candidate.is_lag());
+            if is_late || !log_data.retime(&selected.accepted)? {
                 log_data.declared = log_data.pass(&log_data.scope.declared, &[])?;
             }
-            ladder = ladder::climb(log_data, &mut progress)?;
+            selected = log.select(progress)?;
         }
     }
-    ladder::in_another_order(log_data, ladder, progress)
+    let selected = selection::in_another_order(&mut log, selected, progress)?;
+    Some((selected, log.noise_effects))
 }
 
-/// The noise of a log's first minutes, if any of it lasts, beside what a ladder found and terms in no catalogue, so that the
+/// The noise of a log's first minutes, if any of it lasts, beside what was found and terms in no catalogue, so that the
 /// noise does not take up what is none.
-fn lasting_noise(log_data: &PreparedLog, beside: &[Instance], ladder: &Ladder) -> Option<Noise> {
+fn lasting_noise(log_data: &PreparedLog, beside: &[Instance], noise_effects: &[FoundEffect]) -> Option<Noise> {
     // Waves are an effect: they are not taken for noise of what they move.
-    let waves = ladder.noise_effects.iter().any(|found| found.instance.candidate.effect == "waves");
+    let waves = noise_effects.iter().any(|found| found.instance.candidate.effect == "waves");
     let kept: &[ResidualChannel] = if waves { &MOVED_BY_WAVES } else { &[] };
     let left = structure::find(log_data, beside, waves)?;
     let mut first = log_data.first(coloured_noise::LONGEST_S)?;
@@ -165,9 +169,9 @@ fn retimed(log_data: &mut PreparedLog, accepted: &[Instance]) -> Option<bool> {
 
 /// With the timing of the inputs as it is; beside the diagnosis the entries accepted, even where they do not explain all.
 fn once(log_data: &mut PreparedLog, mut progress: impl FnMut(&str)) -> Option<(Diagnosis, Vec<Instance>)> {
-    let Ladder { accepted, rounds, joint, noise_effects } = climb(log_data, &mut progress)?;
+    let (Selected { accepted, fit, rounds, .. }, noise_effects) = select(log_data, &mut progress)?;
     progress("alternatives");
-    let (mut accepted, mut joint, mut unfounded) = (accepted, joint, Vec::new());
+    let (mut accepted, mut joint, mut unfounded) = (accepted, Some(fit), Vec::new());
     let (mut is_refuted, mut is_impossible) = (false, false);
     let (alternatives, joint, without, times) = loop {
         let (settled, alternatives, fitted) = settle(log_data, accepted, joint.take(), &rounds)?;
@@ -236,15 +240,13 @@ fn once(log_data: &mut PreparedLog, mut progress: impl FnMut(&str)) -> Option<(D
         verdict: rule.verdict,
         reason: rule.condition,
         conditions,
-        remaining: Vec::new(),
         effects: found,
         rounds,
         structure,
-        proposed: Vec::new(),
-        with_terms: None,
         before: log_data.declared.clone(),
         after,
         notes,
+        ..Diagnosis::default()
     };
     Some((diagnosis, accepted))
 }
@@ -326,7 +328,7 @@ fn settle(
         let found: Option<Vec<Vec<Alternative>>> = (0..accepted.len())
             .into_par_iter()
             .map(|place| {
-                let others = without(&accepted, place);
+                let others = others(&accepted, place);
                 match rounds.first() {
                     Some(first) if others.is_empty() => Some(alternatives::find(log_data, &accepted, place, first)),
                     _ => Some(alternatives::find(log_data, &accepted, place, &search::round(log_data, &others)?)),
@@ -358,13 +360,8 @@ fn settle(
 
 /// Intervals of onset and end of every effect that has them.
 fn event_times(log_data: &PreparedLog, accepted: &[Instance]) -> Vec<Intervals> {
-    let of = |place: usize| event_times::intervals(log_data, &without(accepted, place), &accepted[place]);
+    let of = |place: usize| event_times::intervals(log_data, &others(accepted, place), &accepted[place]);
     (0..accepted.len()).into_par_iter().map(of).collect()
-}
-
-/// The others.
-fn without(accepted: &[Instance], place: usize) -> Vec<Instance> {
-    accepted.iter().enumerate().filter(|(i, _)| *i != place).map(|(_, other)| other.clone()).collect()
 }
 
 fn describe(
@@ -374,20 +371,14 @@ fn describe(
     joint: &JointFit,
     (without_each, times, rounds): (&[Pass], Vec<Intervals>, &[Round]),
 ) -> Option<Vec<FoundEffect>> {
-    let mut at = 0;
     let mut found = Vec::new();
-    for ((instance, alternatives), (without, times)) in
-        accepted.iter().zip(alternatives).zip(without_each.iter().zip(times))
-    {
+    let each = accepted.iter().zip(alternatives).zip(without_each.iter().zip(times));
+    for (place, ((instance, alternatives), (without, times))) in each.enumerate() {
         let gain = log_data.seen_square(without) - joint.seen_square;
-        let blocks = log_data.gains(DataPart::Judge, without, &joint.pass);
-        let held_gain =
-            mean_ci95(&blocks).map(|(low, high)| (blocks.iter().sum::<f64>() / blocks.len() as f64, [low, high]));
-        let sigmas = &joint.sigmas[at..at + instance.sizes.len()];
-        at += instance.sizes.len();
+        let held_gain = gain_per_block(without, &joint.pass, |block| log_data.is_in(DataPart::Judge, block));
         let tried = rounds.first().map_or(1, |round| round.tried) as f64;
         let p_value = (chi_square_tail(gain, instance.candidate.degrees()) * tried).min(1.0);
-        let values = values(&instance.candidate, &instance.sizes, sigmas, times);
+        let values = values(&instance.candidate, &instance.sizes, joint.sigmas_of(place), times);
         found.push(FoundEffect { instance: instance.clone(), values, p_value, gain, held_gain, alternatives });
     }
     found.sort_by(|a, b| b.gain.total_cmp(&a.gain));

@@ -1,8 +1,9 @@
 //! An effect that was found, and how sure it is.
 
 use crate::alternatives::Alternative;
-use crate::candidates::Instance;
+use crate::candidates::{Candidate, Instance};
 use backseat_core::effects::ParameterKind;
+use backseat_logs::stats::Z_95;
 
 /// One parameter of a found effect.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -17,6 +18,22 @@ pub struct ParameterEstimate {
     pub value: f64,
     /// 95 % interval.
     pub ci95: [f64; 2],
+}
+
+impl ParameterEstimate {
+    /// A size with its interval, by one sigma.
+    #[must_use]
+    pub fn size(name: &'static str, unit: &'static str, value: f64, sigma: f64) -> Self {
+        let ci95 = [value - Z_95 * sigma, value + Z_95 * sigma];
+        Self { name, unit, kind: ParameterKind::Size, value, ci95 }
+    }
+
+    /// The sizes of an entry by their values and one sigma of each.
+    #[must_use]
+    pub fn sizes(candidate: &Candidate, sizes: impl Iterator<Item = (f64, f64)>) -> Vec<Self> {
+        let parameters = candidate.info().parameters.iter().zip(sizes);
+        parameters.map(|(parameter, (value, sigma))| Self::size(parameter.name, parameter.unit, value, sigma)).collect()
+    }
 }
 
 /// An effect that was found.

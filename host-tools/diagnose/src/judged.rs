@@ -1,9 +1,9 @@
 //! What an effect must be to be named: possible for the vehicle, not zero, and of use on the data that judges.
 
 use crate::borne_out::BorneOut;
-use crate::candidates::Instance;
+use crate::candidates::{Instance, others};
 use crate::prepared_log::{DataPart, JointFit, PreparedLog};
-use crate::search::{Evidence, Round};
+use crate::selection::{Evidence, Refusal, Round};
 use crate::whitener::Pass;
 use backseat_logs::stats::Z_95;
 use rayon::prelude::*;
@@ -47,8 +47,7 @@ pub fn without_each(log_data: &PreparedLog, accepted: &[Instance], part: DataPar
     (0..accepted.len())
         .into_par_iter()
         .map(|place| {
-            let mut others = accepted.to_vec();
-            others.remove(place);
+            let others = others(accepted, place);
             if others.is_empty() {
                 return Some(log_data.declared.clone());
             }
@@ -57,27 +56,16 @@ pub fn without_each(log_data: &PreparedLog, accepted: &[Instance], part: DataPar
         .collect()
 }
 
-/// An effect that is not named.
-pub struct Refusal {
-    /// Its place among those accepted.
-    pub place: usize,
-    /// In a sentence.
-    pub note: String,
-    /// Whether it is significant, and of a size that this vehicle cannot have.
-    pub is_impossible: bool,
-}
-
 /// The effect that should not be accepted, if there is one: impossible, of a size whose interval holds zero, or, with the
 /// values of the training blocks, not borne out by the choosing ones.
 #[must_use]
 pub fn unfounded(log_data: &PreparedLog, joint: &JointFit) -> Option<Refusal> {
     let refusal = |place, note, is_impossible| Some(Refusal { place, note, is_impossible });
-    let mut at = 0;
     for (place, instance) in joint.instances.iter().enumerate() {
         let (name, sizes) = (instance.candidate.label(), &instance.sizes);
-        let sigmas = &joint.sigmas[at..at + sizes.len()];
-        at += sizes.len();
-        let holds_zero = !is_stuck(instance) && sizes.iter().zip(sigmas).all(|(size, sigma)| size.abs() < Z_95 * sigma);
+        let sigmas = joint.sigmas_of(place);
+        let holds_zero =
+            !instance.candidate.is_stuck() && sizes.iter().zip(sigmas).all(|(size, sigma)| size.abs() < Z_95 * sigma);
         if !is_possible(instance, sigmas, log_data.setup.parameters.length_m) {
             return refusal(place, format!("{name} is not named: {IMPOSSIBLE}"), true);
         }
@@ -88,7 +76,8 @@ pub fn unfounded(log_data: &PreparedLog, joint: &JointFit) -> Option<Refusal> {
     let trained = log_data.fit(&joint.instances, DataPart::Train)?;
     let without = without_each(log_data, &joint.instances, DataPart::Train)?;
     let of = borne_out(log_data, &trained.pass, &without, DataPart::Choose);
-    let is_vain = |(instance, of): (&Instance, &BorneOut)| of.is_refuted() || is_stuck(instance) && of.gain <= 0.0;
+    let is_vain =
+        |(instance, of): (&Instance, &BorneOut)| of.is_refuted() || instance.candidate.is_stuck() && of.gain <= 0.0;
     let vain: Vec<bool> = joint.instances.iter().zip(&of).map(is_vain).collect();
     let place = worst(&of, |place| vain[place])?;
     let name = joint.instances[place].candidate.label();
@@ -112,11 +101,6 @@ pub fn of_terms(log_data: &PreparedLog, before: &Pass, with: &Pass) -> BorneOut 
     borne_out(log_data, with, std::slice::from_ref(before), DataPart::Judge).pop().unwrap_or_default()
 }
 
-/// A fin that is stuck at zero is an effect already.
-fn is_stuck(instance: &Instance) -> bool {
-    instance.candidate.fin.is_some() && instance.candidate.span.is_some()
-}
-
 /// Of each effect, by the passes with all and without each.
 fn borne_out(log_data: &PreparedLog, with: &Pass, without: &[Pass], part: DataPart) -> Vec<BorneOut> {
     let block = |t_s: f64| log_data.split.is_at(part, t_s).then(|| (t_s / log_data.split.block_s) as usize);
@@ -135,7 +119,7 @@ mod tests {
     use crate::candidates::Candidate;
 
     fn instance(effect: &'static str, sizes: &[f64]) -> Instance {
-        Instance { candidate: Candidate { effect, fin: None, span: None }, sizes: sizes.to_vec() }
+        Instance { candidate: Candidate { effect, member: None, span: None }, sizes: sizes.to_vec() }
     }
 
     #[test]

@@ -7,10 +7,11 @@
 //!                   blocks of time
 //! noise             scales, outliers                    waves         a peak in the DVL's spectrum
 //! coloured_noise    noise that lasts, channel by channel
-//! candidates        the catalogue as hypotheses         search        forward selection, times of events
+//! candidates        the catalogue as hypotheses         search        what each is worth, times of events
 //! alternatives      which other entry it could be       structure     terms outside the catalogue that remain
 //! prepared_log      one log made ready, joint fits      diagnosis     the whole loop
-//! ladder            effects accepted one by one         found         an effect with its intervals
+//! selection         which effects are accepted          found         an effect with its intervals
+//! full_log          selection where the dynamics are run
 //! noise_effects     outliers and waves as effects
 //! verdict           the table of verdict rules          scores        before and after on held-out data
 //! log_models        logs without fins and propeller     figures       what the report draws
@@ -40,8 +41,8 @@ pub mod event_times;
 pub mod figures;
 pub mod floor;
 pub mod found;
+pub mod full_log;
 pub mod judged;
-pub mod ladder;
 pub mod linear;
 pub mod log_effects;
 pub mod log_models;
@@ -56,6 +57,7 @@ pub mod remaining;
 pub mod samples;
 pub mod scores;
 pub mod search;
+pub mod selection;
 pub mod split;
 pub mod statistics;
 pub mod structure;

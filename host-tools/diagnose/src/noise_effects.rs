@@ -5,7 +5,7 @@ use crate::found::{FoundEffect, ParameterEstimate};
 use crate::noise;
 use crate::prepared_log::{DataPart, PreparedLog};
 use crate::samples::ResidualChannel;
-use crate::search;
+use crate::selection::FAMILY_ERROR;
 use crate::waves;
 use crate::whitener::Residual;
 use backseat_logs::stats::{Z_95, wilson_ci95};
@@ -24,7 +24,7 @@ pub fn noise_effects(log_data: &mut PreparedLog, residuals: &[Residual]) -> Opti
     let seen: Vec<bool> = outliers.iter().filter(|(t_s, _)| is_seen(*t_s)).map(|(_, is_out)| *is_out).collect();
     let hits = seen.iter().filter(|is_out| **is_out).count();
     let p_value = noise::outlier_tail(hits, seen.len());
-    if p_value < search::FAMILY_ERROR / 10.0 {
+    if p_value < FAMILY_ERROR / 10.0 {
         let share = hits as f64 / seen.len() as f64;
         let (low, high) = wilson_ci95(hits as u64, seen.len() as u64).unwrap_or((0.0, 1.0));
         found.push(noise_found("range_outliers", &[(share, [low, high])], p_value));
@@ -53,11 +53,11 @@ pub fn noise_effects(log_data: &mut PreparedLog, residuals: &[Residual]) -> Opti
 
 /// A peak that is unlikely by chance, and an amplitude that the velocities themselves show.
 fn is_swell(waves: &waves::Waves) -> bool {
-    waves.p < search::FAMILY_ERROR / 10.0 && waves.amplitude_mps > 3.0 * waves.amplitude_sigma_mps
+    waves.p < FAMILY_ERROR / 10.0 && waves.amplitude_mps > 3.0 * waves.amplitude_sigma_mps
 }
 
 fn noise_found(effect: &'static str, sizes: &[(f64, [f64; 2])], p_value: f64) -> FoundEffect {
-    let candidate = Candidate { effect, fin: None, span: None };
+    let candidate = Candidate { effect, member: None, span: None };
     let parameters = candidate.info().parameters.iter().zip(sizes);
     let values = parameters
         .map(|(p, (value, ci95))| ParameterEstimate {

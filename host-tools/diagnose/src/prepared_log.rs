@@ -57,6 +57,15 @@ pub struct JointFit {
     pub pass: Pass,
 }
 
+impl JointFit {
+    /// One sigma of every size of an effect.
+    #[must_use]
+    pub fn sigmas_of(&self, place: usize) -> &[f64] {
+        let from = self.instances[..place].iter().map(|instance| instance.sizes.len()).sum::<usize>();
+        &self.sigmas[from..from + self.instances[place].sizes.len()]
+    }
+}
+
 impl PreparedLog {
     /// Makes a log ready; `None` where the filter cannot start (no fix, no attitude).
     #[must_use]
@@ -276,16 +285,6 @@ impl PreparedLog {
         let sigmas = linear::sigmas(&pass.normal, |block| self.is_in(part, block), &free, &at, &[]);
         let seen_square = self.seen_square(&pass);
         Some((JointFit { instances: now.to_vec(), square: sum.square, seen_square, sigmas, pass }, fit))
-    }
-
-    /// Blocks of a part: by how much Σ e² of each falls from one pass to another.
-    #[must_use]
-    pub fn gains(&self, part: DataPart, before: &Pass, after: &Pass) -> Vec<f64> {
-        let pairs = before.normal.blocks.iter().zip(&after.normal.blocks).enumerate();
-        pairs
-            .filter(|(index, (before, _))| self.is_in(part, *index) && before.count > 0)
-            .map(|(_, (before, after))| before.square - after.square)
-            .collect()
     }
 }
 

@@ -1,107 +1,51 @@
-//! Trace: which hypotheses the data support, by forward selection with refitting, a search of when events begin and
-//! end, and backward elimination.
+//! What each hypothesis of the catalogue is worth beside the effects accepted, and when events begin and end.
 
 use crate::candidates::{self, Candidate, Hypothesis, Instance, Span, set_of};
 use crate::linear;
 use crate::normal_equations::{Column, NormalEquations};
-use crate::prepared_log::{DataPart, JointFit, PreparedLog};
+use crate::prepared_log::{DataPart, PreparedLog};
+use crate::selection::{Evidence, FAMILY_ERROR, Round};
 use crate::whitener::Pass;
 use backseat_logs::stats::{Z_95, chi_square_tail, f_tail};
 use rayon::prelude::*;
 
-/// Probability of naming any effect where there is none, over the whole catalogue.
-pub const FAMILY_ERROR: f64 = 2e-3;
-/// Most effects that are accepted.
-pub const MOST_EFFECTS: usize = 4;
-/// Cost of a fitted number when hypotheses are ranked by their gain.
-const COST: f64 = 2.0;
 /// Times tried at first for the onset and the end of an event.
 const TIMES: usize = 11;
 /// What an end must gain to be believed, χ² of one number: by chance once in 1 / [`FAMILY_ERROR`] logs over the 55 pairs
 /// of times.
-const END_GAIN: f64 = 17.0;
-
-/// What one hypothesis is worth beside the accepted effects.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Evidence {
-    /// What.
-    pub instance: Instance,
-    /// By how much Σ e² falls over the blocks that choose and those that train.
-    pub gain: f64,
-    /// Divisor of the gain for residuals that are still coloured.
-    pub inflation: f64,
-    /// Numbers fitted.
-    pub degrees: usize,
-    /// Gain of the values fitted on the training blocks, on the choosing ones.
-    pub held_gain: f64,
-    /// Probability under the null, before the number of hypotheses is considered.
-    pub p: f64,
-    /// The same of what it adds to the entry whose higher order it is; 0 where it is none.
-    pub p_beside_lower: f64,
-    /// Whether beside that entry the log determines its numbers to less than what is plausible for them.
-    pub is_determined: bool,
-}
-
-impl Evidence {
-    /// Gain less the cost of its numbers.
-    #[must_use]
-    pub fn score(&self) -> f64 {
-        self.gain - COST * self.degrees as f64
-    }
-
-    /// About one sigma of each size: the whole is √gain of its own from zero.
-    #[must_use]
-    pub fn sigmas(&self) -> Vec<f64> {
-        let whole = self.instance.sizes.iter().map(|size| size * size).sum::<f64>().sqrt();
-        vec![whole / (self.gain / self.inflation.max(1.0)).max(1.0).sqrt(); self.instance.sizes.len()]
-    }
-}
-
-/// One round of the ladder.
-#[derive(Clone, Debug)]
-pub struct Round {
-    /// Every hypothesis, best first; of events the best span.
-    pub ladder: Vec<Evidence>,
-    /// Of every event the best span without an end and the best with one, best first.
-    pub events: Vec<Evidence>,
-    /// Number of hypotheses tried, all spans counted.
-    pub tried: usize,
-}
-
-impl Round {
-    /// Whether a hypothesis stands after the number of those tried, and on data it was not fitted to.
-    #[must_use]
-    pub fn is_significant(&self, evidence: &Evidence) -> bool {
-        let p = evidence.p.max(evidence.p_beside_lower);
-        p * (self.tried as f64) < FAMILY_ERROR && evidence.held_gain > 0.0
-    }
-}
+pub const END_GAIN: f64 = 17.0;
 
 /// Notes on entries that would explain much, but that the log does not separate from the one whose higher order they are.
 #[must_use]
 pub fn undetermined(rounds: &[Round]) -> Vec<String> {
     let Some(round) = rounds.first() else { return Vec::new() };
     let stands = |e: &&Evidence| !e.is_determined && e.p * (round.tried as f64) < FAMILY_ERROR;
-    let note = |e: &Evidence| {
-        let info = e.instance.candidate.info();
-        let lower = candidates::continued_by(info.name).unwrap_or_default();
-        let confusion = info.confused_with.iter().find(|confusion| confusion.effect == lower);
-        let [when, manoeuvre] = confusion.map_or([""; 2], |c| [c.condition, c.separating_manoeuvre]);
-        format!("{} cannot be separated from {lower} by this log. {when}. To separate them: {manoeuvre}", info.name)
-    };
-    round.ladder.iter().filter(stands).map(note).collect()
+    let note = |e: &Evidence| candidates::inseparable(e.instance.candidate.effect);
+    round.ladder.iter().filter(stands).filter_map(note).collect()
 }
 
-/// Spans of the first search: every time, to the end of the log and to every later time.
+/// Times of the first search, in the part of a log in which an event may begin or end.
 #[must_use]
-pub fn coarse_spans(duration_s: f64) -> Vec<Span> {
-    let times: Vec<f64> = (0..TIMES).map(|k| duration_s * (0.1 + 0.8 * k as f64 / (TIMES - 1) as f64)).collect();
+pub fn coarse_times(duration_s: f64) -> Vec<f64> {
+    (0..TIMES).map(|k| duration_s * (0.1 + 0.8 * k as f64 / (TIMES - 1) as f64)).collect()
+}
+
+/// From the first to the next of them, s.
+#[must_use]
+pub fn coarse_step_s(duration_s: f64) -> f64 {
+    0.8 * duration_s / (TIMES - 1) as f64
+}
+
+/// Every onset, to the end of the log and to every later time.
+#[must_use]
+pub fn open_or_until(onsets: &[f64], times: &[f64]) -> Vec<Span> {
     let ends: Vec<Option<f64>> = std::iter::once(None).chain(times.iter().copied().map(Some)).collect();
-    spans(&times, &ends)
+    spans(onsets, &ends)
 }
 
 /// Every onset with every later end.
-fn spans(onsets: &[f64], ends: &[Option<f64>]) -> Vec<Span> {
+#[must_use]
+pub fn spans(onsets: &[f64], ends: &[Option<f64>]) -> Vec<Span> {
     let pairs = onsets.iter().flat_map(|onset_s| ends.iter().map(|end_s| Span { onset_s: *onset_s, end_s: *end_s }));
     pairs.filter(|span| span.end_s.is_none_or(|end_s| end_s > span.onset_s)).collect()
 }
@@ -109,7 +53,8 @@ fn spans(onsets: &[f64], ends: &[Option<f64>]) -> Vec<Span> {
 /// Judges every hypothesis beside the accepted effects.
 #[must_use]
 pub fn round(log_data: &PreparedLog, accepted: &[Instance]) -> Option<Round> {
-    let spans = coarse_spans(log_data.samples.duration_s);
+    let times = coarse_times(log_data.samples.duration_s);
+    let spans = open_or_until(&times, &times);
     let (terms, hypotheses, nuisance) = candidates::catalogue(&log_data.scope, accepted, &spans);
     let pass = log_data.pass(&set_of(&log_data.scope.declared, accepted), &terms)?;
     Some(judge(log_data, &pass, &hypotheses, &nuisance))
@@ -263,7 +208,7 @@ pub fn refine_span(log_data: &PreparedLog, others: &[Instance], found: &Instance
     let mut best = found.clone();
     let mut refined = None;
     let duration_s = log_data.samples.duration_s;
-    let mut cell_s = 0.8 * duration_s / (TIMES - 1) as f64;
+    let mut cell_s = coarse_step_s(duration_s);
     while cell_s > 1.0 {
         let Span { onset_s, end_s } = best.candidate.span?;
         // An event in the first or last part of a log is no event: it was always, or never, there.
@@ -304,14 +249,8 @@ pub fn span_gains(log_data: &PreparedLog, others: &[Instance], event: &Candidate
     Some(fits.iter().map(|fit| fit.as_ref().map_or(f64::NEG_INFINITY, |fit| fit.gain / inflation.max(1.0))).collect())
 }
 
-/// Fits accepted effects together on the training blocks.
-#[must_use]
-pub fn refit(log_data: &PreparedLog, instances: &[Instance]) -> Option<JointFit> {
-    log_data.fit(instances, DataPart::Train)
-}
-
 /// Whether two instances are the same cause.
 #[must_use]
 pub fn is_same(a: &Candidate, b: &Candidate) -> bool {
-    a.effect == b.effect && a.fin == b.fin
+    a.effect == b.effect && a.member == b.member
 }

@@ -57,23 +57,17 @@ fn noise_colour(correlation: &[f64]) -> Option<NoiseColour> {
 mod tests {
     use super::*;
     use backseat_logs::stats::autocorrelation;
+    use hil_sim::rng::{Source, Stream};
 
     #[test]
     fn modestly_coloured_noise_passes_and_strongly_coloured_noise_does_not() {
-        let mut state = 5_u64;
-        // Sum of twelve uniform numbers less six: near enough to normal, one sigma of 1.
-        let mut normal = || {
-            (0..12).fold(-6.0, |sum, _| {
-                state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-                sum + (state >> 11) as f64 / (1_u64 << 53) as f64
-            })
-        };
+        let mut stream = Stream::new(5, Source::Readings);
         for (share, passes) in [(0.1, true), (0.5, false)] {
             let (mut process, decay) = (0.0, 0.93_f64);
             let e: Vec<f64> = (0..9000)
                 .map(|_| {
-                    process = decay * process + (1.0 - decay * decay).sqrt() * normal();
-                    f64::sqrt(1.0 - share) * normal() + f64::sqrt(share) * process
+                    process = decay * process + (1.0 - decay * decay).sqrt() * stream.normal();
+                    f64::sqrt(1.0 - share) * stream.normal() + f64::sqrt(share) * process
                 })
                 .collect();
             let (p, colour) = whiteness(&autocorrelation(&e, 20), e.len());
@@ -83,13 +77,9 @@ mod tests {
 
     #[test]
     fn whiteness_is_told_from_colour() {
-        // A fixed pseudo-random sequence, and the same summed over two.
-        let mut state = 1_u64;
-        let mut next = || {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
-        };
-        let white: Vec<f64> = (0..2000).map(|_| next()).collect();
+        // Uniform numbers, and the same summed over two.
+        let mut stream = Stream::new(1, Source::Readings);
+        let white: Vec<f64> = (0..2000).map(|_| stream.uniform() - 0.5).collect();
         let coloured: Vec<f64> = white.windows(2).map(|w| w[0] + w[1]).collect();
         assert!(ljung_box(&autocorrelation(&white, 20), white.len(), 0) > 0.01);
         assert!(ljung_box(&autocorrelation(&coloured, 20), coloured.len(), 0) < 1e-6);

@@ -1,7 +1,7 @@
 //! The verdict on a log: one table of rules, read from the top; the first one whose condition holds decides.
 
 /// What the log says about the declared model.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Verdict {
     /// The declared model leaves nothing significant.
     None,
@@ -14,6 +14,7 @@ pub enum Verdict {
     /// What is left on data that judges is more than the sensors can make.
     Implausible,
     /// Too little judges, the model says less than the mean of what was measured, or what judges refutes what was found.
+    #[default]
     Undecided,
 }
 
@@ -78,54 +79,42 @@ pub struct VerdictRule {
 
 /// The table; its last row always holds.
 pub const RULES: [VerdictRule; 11] = [
-    VerdictRule {
-        condition: "what is left is more than the sensors can make",
-        holds: |c| c.is_implausible,
-        verdict: Verdict::Implausible,
-    },
-    VerdictRule {
-        condition: "significant terms outside the catalogue remain",
-        holds: |c| c.structure_remains,
-        verdict: Verdict::Unexplained,
-    },
-    VerdictRule {
-        condition: "an entry is significant with a size that this vehicle cannot have",
-        holds: |c| c.is_impossible,
-        verdict: Verdict::Unexplained,
-    },
-    VerdictRule {
-        condition: "the residual is larger than the declared noise",
-        holds: |c| c.exceeds_noise,
-        verdict: Verdict::Unexplained,
-    },
-    VerdictRule {
-        condition: "generic terms explain the residual better than the effects found",
-        holds: |c| c.has_effects && c.generic_terms_fit_better,
-        verdict: Verdict::Unexplained,
-    },
-    VerdictRule {
-        condition: "no effect was found and the innovations are not white",
-        holds: |c| !c.has_effects && c.is_coloured,
-        verdict: Verdict::Unexplained,
-    },
-    VerdictRule {
-        condition: "too little of the log judges, or the model says less than the mean of what was measured",
-        holds: |c| c.is_undecided,
-        verdict: Verdict::Undecided,
-    },
-    VerdictRule {
-        condition: "an effect is significant where it was fitted, and the data that judge do not bear it out",
-        holds: |c| c.is_refuted,
-        verdict: Verdict::Undecided,
-    },
-    VerdictRule { condition: "no effect was found", holds: |c| !c.has_effects, verdict: Verdict::None },
-    VerdictRule {
-        condition: "another entry could stand in for an effect found",
-        holds: |c| c.has_alternatives,
-        verdict: Verdict::Ambiguous,
-    },
-    VerdictRule { condition: "effects were found", holds: |_| true, verdict: Verdict::Explained },
+    rule("what is left is more than the sensors can make", |c| c.is_implausible, Verdict::Implausible),
+    rule("significant terms outside the catalogue remain", |c| c.structure_remains, Verdict::Unexplained),
+    rule(
+        "an entry is significant with a size that this vehicle cannot have",
+        |c| c.is_impossible,
+        Verdict::Unexplained,
+    ),
+    rule("the residual is larger than the declared noise", |c| c.exceeds_noise, Verdict::Unexplained),
+    rule(
+        "generic terms explain the residual better than the effects found",
+        |c| c.has_effects && c.generic_terms_fit_better,
+        Verdict::Unexplained,
+    ),
+    rule(
+        "no effect was found and the innovations are not white",
+        |c| !c.has_effects && c.is_coloured,
+        Verdict::Unexplained,
+    ),
+    rule(
+        "too little of the log judges, or the model says less than the mean of what was measured",
+        |c| c.is_undecided,
+        Verdict::Undecided,
+    ),
+    rule(
+        "an effect is significant where it was fitted, and the data that judge do not bear it out",
+        |c| c.is_refuted,
+        Verdict::Undecided,
+    ),
+    rule("no effect was found", |c| !c.has_effects, Verdict::None),
+    rule("another entry could stand in for an effect found", |c| c.has_alternatives, Verdict::Ambiguous),
+    rule("effects were found", |_| true, Verdict::Explained),
 ];
+
+const fn rule(condition: &'static str, holds: fn(&Conditions) -> bool, verdict: Verdict) -> VerdictRule {
+    VerdictRule { condition, holds, verdict }
+}
 
 /// The first rule that holds.
 #[must_use]
@@ -137,37 +126,27 @@ pub fn decide(conditions: &Conditions) -> &'static VerdictRule {
 mod tests {
     use super::*;
 
-    const NOTHING: Conditions = Conditions {
-        is_implausible: false,
-        is_undecided: false,
-        is_refuted: false,
-        is_impossible: false,
-        structure_remains: false,
-        exceeds_noise: false,
-        generic_terms_fit_better: false,
-        is_coloured: false,
-        has_effects: false,
-        has_alternatives: false,
-    };
-
     /// The least that makes each row decide.
-    const ROWS: [Conditions; RULES.len()] = [
-        Conditions { is_implausible: true, ..NOTHING },
-        Conditions { structure_remains: true, ..NOTHING },
-        Conditions { is_impossible: true, ..NOTHING },
-        Conditions { exceeds_noise: true, ..NOTHING },
-        Conditions { generic_terms_fit_better: true, has_effects: true, ..NOTHING },
-        Conditions { is_coloured: true, ..NOTHING },
-        Conditions { is_undecided: true, ..NOTHING },
-        Conditions { is_refuted: true, ..NOTHING },
-        NOTHING,
-        Conditions { has_effects: true, has_alternatives: true, ..NOTHING },
-        Conditions { has_effects: true, ..NOTHING },
-    ];
+    fn rows() -> [Conditions; RULES.len()] {
+        let nothing = Conditions::default();
+        [
+            Conditions { is_implausible: true, ..nothing },
+            Conditions { structure_remains: true, ..nothing },
+            Conditions { is_impossible: true, ..nothing },
+            Conditions { exceeds_noise: true, ..nothing },
+            Conditions { generic_terms_fit_better: true, has_effects: true, ..nothing },
+            Conditions { is_coloured: true, ..nothing },
+            Conditions { is_undecided: true, ..nothing },
+            Conditions { is_refuted: true, ..nothing },
+            nothing,
+            Conditions { has_effects: true, has_alternatives: true, ..nothing },
+            Conditions { has_effects: true, ..nothing },
+        ]
+    }
 
     #[test]
     fn each_row_decides_by_its_own_condition() {
-        for (rule, conditions) in RULES.iter().zip(&ROWS) {
+        for (rule, conditions) in RULES.iter().zip(&rows()) {
             assert_eq!(decide(conditions).condition, rule.condition);
         }
     }
@@ -186,8 +165,8 @@ mod tests {
             has_effects: a.has_effects || b.has_effects,
             has_alternatives: a.has_alternatives || b.has_alternatives,
         };
-        for (i, (rule, above)) in RULES.iter().zip(&ROWS).enumerate() {
-            for below in ROWS.iter().skip(i + 1) {
+        for (i, (rule, above)) in RULES.iter().zip(&rows()).enumerate() {
+            for below in rows().iter().skip(i + 1) {
                 let together = both(above, below);
                 if (rule.holds)(&together) {
                     let decided = RULES.iter().position(|rule| rule.condition == decide(&together).condition);

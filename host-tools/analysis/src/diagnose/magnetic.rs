@@ -38,7 +38,7 @@ mod tests {
         let of = |value: f64, half: f64| {
             let ci95 = [value - half, value + half];
             let kind = ParameterKind::Size;
-            let candidate = Candidate { effect: "heading_bias", fin: None, span: None };
+            let candidate = Candidate { effect: "heading_bias", member: None, span: None };
             FoundEffect {
                 instance: Instance { candidate, sizes: vec![value, 0.0, 0.0] },
                 values: vec![ParameterEstimate { name: "const_rad", unit: "rad", kind, value, ci95 }],

@@ -204,7 +204,7 @@ fn others(found: &FoundEffect) -> Option<String> {
     let mut names: Vec<String> = possible
         .iter()
         .map(|other| match other.instance.candidate {
-            candidate if candidate.effect == own.effect => candidate.fin.map_or_else(|| plain(own.effect), name),
+            candidate if candidate.effect == own.effect => candidate.member.map_or_else(|| plain(own.effect), name),
             candidate => candidate.label().replace('_', " "),
         })
         .collect();

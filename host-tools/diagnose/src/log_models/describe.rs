@@ -1,19 +1,17 @@
 //! What was found, with intervals and alternatives, and what remains.
 
-use super::chosen::{self, Chosen, free};
-use super::evidence::{Linearised, columns};
+use super::evidence::{Chosen, Linearised, columns, free};
 use super::fit::Fitting;
 use super::model::{LogModel, Row, catalogue_range};
 use crate::alternatives::{Alternative, manoeuvre};
-use crate::borne_out::BorneOut;
-use crate::candidates::{Hypothesis, Instance, continued_by};
+use crate::borne_out::{BorneOut, gain_per_block};
+use crate::candidates::{self, Hypothesis, Instance, continued_by};
 use crate::diagnosis::{FoundEffect, ParameterEstimate};
-use crate::normal_equations::{BlockEquations, Column};
+use crate::normal_equations::Column;
 use crate::split::DataPart;
 use crate::structure::NamedTerm;
 use crate::whitener::Pass;
-use backseat_core::effects::{self, ParameterKind};
-use backseat_logs::stats::{Z_95, chi_square_tail, mean_ci95};
+use backseat_logs::stats::{Z_95, chi_square_tail};
 
 /// Probability by chance, all terms counted, below which a term outside the catalogue is reported.
 const OUTSIDE: f64 = 2e-3;
@@ -36,12 +34,11 @@ pub(super) struct Described<'a, M> {
     pub fitting: &'a Fitting<'a, M>,
     pub chosen: &'a Chosen,
     pub all: &'a [Hypothesis],
-    pub tried: f64,
 }
 
 impl<M: LogModel> Described<'_, M> {
     fn linearised(&self, after: &Pass) -> Linearised<'_, M> {
-        Linearised::new(self.fitting, &self.chosen.theta, after.clone())
+        Linearised::new(self.fitting, self.chosen.theta.clone(), after.clone())
     }
 
     fn calibrated(&self) -> Vec<Column> {
@@ -74,18 +71,18 @@ impl<M: LogModel> Described<'_, M> {
                 .filter(|h| !self.chosen.hypotheses.contains(h))
                 // What continues an entry is none that could stand in its place.
                 .filter(|h| continued_by(h.candidate.effect) != Some(hypothesis.candidate.effect))
-                .filter_map(|h| self.alternative(&linear, hypothesis, h, &others))
+                .filter_map(|h| self.alternative(&linear, (hypothesis, added.gain), h, &others))
                 .collect();
             alternatives.sort_by(|a, b| a.deficit.total_cmp(&b.deficit));
             let without = self.chosen.hypotheses.iter().filter(|h| *h != hypothesis).cloned().collect::<Vec<_>>();
-            let without = chosen::refit(self.fitting, &without, theta)?;
+            let without = self.fitting.refit(&without, theta)?;
             let without = self.fitting.pass(&model.rows(&without), &[]);
             let found = FoundEffect {
                 instance: self.instance(hypothesis),
                 values: self.values(hypothesis, &sigmas),
-                p_value: (added.p * self.tried).min(1.0),
+                p_value: (added.p * self.all.len() as f64).min(1.0),
                 gain: added.gain,
-                held_gain: judged_gain(self.fitting, &without, after),
+                held_gain: gain_per_block(&without, after, self.fitting.is_in(DataPart::Judge)),
                 alternatives,
             };
             effects.push((found, borne_out(self.fitting, &without, after)));
@@ -93,40 +90,32 @@ impl<M: LogModel> Described<'_, M> {
         Some((effects, sigmas))
     }
 
-    /// Another entry in the place of one that was chosen; `None` if it is impossible there for this vehicle.
+    /// Another entry in the place of one that was chosen and gains so much; `None` if it is impossible there for this
+    /// vehicle.
     fn alternative(
         &self,
         linear: &Linearised<'_, M>,
-        chosen: &Hypothesis,
+        (chosen, gain): (&Hypothesis, f64),
         other: &Hypothesis,
         others: &[Column],
     ) -> Option<Alternative> {
-        let own = columns(&chosen.free);
-        let alone: Vec<Column> = others.iter().copied().chain(columns(&other.free)).collect();
-        let fit = linear.fit(&alone)?;
-        let sizes: Vec<f64> = other
-            .free
-            .iter()
-            .zip(&fit.theta[others.len()..])
-            .map(|(column, step)| self.chosen.theta[*column] + step)
-            .collect();
-        let effect = other.candidate.effect;
-        let is_possible = sizes.iter().enumerate().all(|(size, value)| {
-            let [low, high] = self.fitting.model.limits(effect, size);
+        let evidence = linear.evidence(other, others)?;
+        let is_possible = evidence.instance.sizes.iter().enumerate().all(|(size, value)| {
+            let [low, high] = self.fitting.model.limits(other.candidate.effect, size);
             (low..=high).contains(value)
         });
         if !is_possible {
             return None;
         }
-        let now: Vec<Column> = others.iter().chain(&own).copied().collect();
-        let deficit = linear.fit(&now)?.gain - fit.gain;
-        let p = match linear.added(&own, &alone, chosen.free.len()) {
+        let alone: Vec<Column> = others.iter().copied().chain(columns(&other.free)).collect();
+        let deficit = gain - evidence.gain;
+        let p = match linear.added(&columns(&chosen.free), &alone, chosen.free.len()) {
             Some(added) => added.p,
             // The two are one and the same to the log.
             None => chi_square_tail(deficit, chosen.free.len()),
         };
         Some(Alternative {
-            instance: Instance { candidate: other.candidate, sizes },
+            instance: evidence.instance,
             deficit,
             p,
             is_separable: other.lower.is_empty(),
@@ -135,14 +124,8 @@ impl<M: LogModel> Described<'_, M> {
     }
 
     fn values(&self, hypothesis: &Hypothesis, sigmas: &[f64]) -> Vec<ParameterEstimate> {
-        let parameters = hypothesis.candidate.info().parameters.iter().zip(&hypothesis.free);
-        parameters
-            .map(|(parameter, column)| {
-                let (value, half) = (self.chosen.theta[*column], Z_95 * sigmas[*column]);
-                let ci95 = [value - half, value + half];
-                ParameterEstimate { name: parameter.name, unit: parameter.unit, kind: ParameterKind::Size, value, ci95 }
-            })
-            .collect()
+        let of = |column: &usize| (self.chosen.theta[*column], sigmas[*column]);
+        ParameterEstimate::sizes(&hypothesis.candidate, hypothesis.free.iter().map(of))
     }
 
     /// As the vehicle file takes it: what was found, within what is plausible.
@@ -190,19 +173,10 @@ impl<M: LogModel> Described<'_, M> {
                 let [low, high] = catalogue_range(effect, size);
                 2.0 * Z_95 * fit.sigma(from + size) > high - low
             });
-            let values =
-                h.candidate.info().parameters.iter().zip(&h.free).enumerate().map(|(i, (parameter, column))| {
-                    let (value, half) = (self.chosen.theta[*column] + fit.theta[from + i], Z_95 * sigmas[from + i]);
-                    let ci95 = [value - half, value + half];
-                    ParameterEstimate {
-                        name: parameter.name,
-                        unit: parameter.unit,
-                        kind: ParameterKind::Size,
-                        value,
-                        ci95,
-                    }
-                });
-            found.push(NotNamed { effect, values: if says_little { Vec::new() } else { values.collect() } });
+            let of =
+                |(i, column): (usize, &usize)| (self.chosen.theta[*column] + fit.theta[from + i], sigmas[from + i]);
+            let values = ParameterEstimate::sizes(&h.candidate, h.free.iter().enumerate().map(of));
+            found.push(NotNamed { effect, values: if says_little { Vec::new() } else { values } });
         }
         found
     }
@@ -284,36 +258,8 @@ impl<M: LogModel> Described<'_, M> {
 }
 
 fn undetermined(effect: &str) -> String {
-    let lower = continued_by(effect);
-    let confusions = effects::find_of_log(effect).map_or(&[][..], |info| info.confused_with);
-    match confusions.iter().find(|confusion| Some(confusion.effect) == lower) {
-        Some(confusion) => format!(
-            "{effect} cannot be separated from {} by this log. {}. To separate them: {}",
-            confusion.effect, confusion.condition, confusion.separating_manoeuvre
-        ),
-        None => format!("{effect} cannot be separated from other entries: they change this log in the same way"),
-    }
-}
-
-/// By how much Σ e² of a block that judges falls from one pass to another: mean and interval.
-pub(super) fn judged_gain<M: LogModel>(
-    fitting: &Fitting<'_, M>,
-    before: &Pass,
-    after: &Pass,
-) -> Option<(f64, [f64; 2])> {
-    let is_judged = fitting.is_in(DataPart::Judge);
-    let of =
-        |normal: &BlockEquations| normal.blocks.iter().map(|block| (block.count, block.square)).collect::<Vec<_>>();
-    let (from, to) = (of(&before.normal), of(&after.normal));
-    let gains: Vec<f64> = from
-        .iter()
-        .zip(&to)
-        .enumerate()
-        .filter(|(place, ((count, _), _))| *count > 0 && is_judged(*place))
-        .map(|(_, ((_, before), (_, after)))| before - after)
-        .collect();
-    let (low, high) = mean_ci95(&gains)?;
-    Some((gains.iter().sum::<f64>() / gains.len() as f64, [low, high]))
+    let alike = || format!("{effect} cannot be separated from other entries: they change this log in the same way");
+    candidates::inseparable(effect).unwrap_or_else(alike)
 }
 
 /// What the data that judge say of the difference between two passes.

@@ -1,23 +1,19 @@
 //! Entries that begin or end within a log: a current that sets in, a compass that something was laid beside.
 
-use super::chosen::{Chosen, free};
-use super::describe::{JudgedEffect, borne_out, judged_gain};
-use super::evidence::{Linearised, columns};
+use super::describe::{JudgedEffect, borne_out};
+use super::evidence::{Chosen, Linearised, columns, free};
 use super::fit::{Fitting, Step};
 use super::model::{LogModel, Row};
+use crate::borne_out::gain_per_block;
 use crate::candidates::{Candidate, Hypothesis, Instance, Span};
 use crate::diagnosis::{FoundEffect, ParameterEstimate};
 use crate::normal_equations::Column;
-use crate::search::FAMILY_ERROR;
+use crate::search;
+use crate::selection::FAMILY_ERROR;
 use crate::split::DataPart;
 use crate::whitener::Pass;
 use backseat_core::effects::ParameterKind;
-use backseat_logs::stats::Z_95;
 
-/// Times tried at first.
-const TIMES: usize = 11;
-/// What a time must gain to be believed, χ² of one number searched over the times.
-const TIME_GAIN: f64 = 17.0;
 /// What a gain may fall short of the best within the 95 % interval of a time, χ² of one number.
 const INTERVAL_GAIN: f64 = 3.84;
 
@@ -75,40 +71,31 @@ pub(super) fn find<M: LogModel>(
     if wanted.is_empty() {
         return Some(Vec::new());
     }
-    let times: Vec<f64> = (0..TIMES).map(|k| duration_s * (0.1 + 0.8 * k as f64 / (TIMES - 1) as f64)).collect();
-    let ends: Vec<Option<f64>> = std::iter::once(None).chain(times.iter().copied().map(Some)).collect();
-    let spans: Vec<Span> = std::iter::once(f64::NEG_INFINITY)
-        .chain(times.iter().copied())
-        .flat_map(|onset_s| ends.iter().map(move |end_s| Span { onset_s, end_s: *end_s }))
-        .filter(|span| {
-            span.end_s.is_none_or(|end_s| end_s > span.onset_s) && (span.onset_s.is_finite() || span.end_s.is_some())
-        })
-        .collect();
+    let times = search::coarse_times(duration_s);
+    let onsets: Vec<f64> = std::iter::once(f64::NEG_INFINITY).chain(times.iter().copied()).collect();
+    let mut spans = search::open_or_until(&onsets, &times);
+    spans.retain(|span| span.onset_s.is_finite() || span.end_s.is_some());
     let tried = (wanted.len() * spans.len()) as f64;
     let mut best: Option<Event> = None;
     for hypothesis in &wanted {
-        let Some(event) = search(fitting, chosen, hypothesis, &spans, &times, tried) else { continue };
+        let Some(event) = over_spans(fitting, chosen, hypothesis, &spans, &times, tried) else { continue };
         if best.as_ref().is_none_or(|other| event.gain > other.gain) {
             best = Some(event);
         }
     }
     let Some(coarse) = best else { return Some(Vec::new()) };
     // Finer times about the best ones, of this entry alone.
-    let cell_s = 0.8 * duration_s / (TIMES - 1) as f64;
+    let cell_s = search::coarse_step_s(duration_s);
     let about = |time_s: f64| (-8..=8).map(move |k| time_s + cell_s * f64::from(k) / 8.0);
     let onsets: Vec<f64> =
         if coarse.span.onset_s.is_finite() { about(coarse.span.onset_s).collect() } else { vec![f64::NEG_INFINITY] };
     let ends: Vec<Option<f64>> = coarse.span.end_s.map_or_else(|| vec![None], |end_s| about(end_s).map(Some).collect());
-    let spans: Vec<Span> = onsets
-        .iter()
-        .flat_map(|onset_s| ends.iter().map(|end_s| Span { onset_s: *onset_s, end_s: *end_s }))
-        .filter(|span| span.end_s.is_none_or(|end_s| end_s > span.onset_s))
-        .collect();
+    let spans = search::spans(&onsets, &ends);
     let mut times: Vec<f64> =
         onsets.iter().copied().chain(ends.iter().flatten().copied()).filter(|time_s| time_s.is_finite()).collect();
     times.sort_by(f64::total_cmp);
     times.dedup();
-    let event = search(fitting, chosen, &coarse.hypothesis, &spans, &times, tried).unwrap_or(coarse);
+    let event = over_spans(fitting, chosen, &coarse.hypothesis, &spans, &times, tried).unwrap_or(coarse);
     // What was chosen in its stead is not needed beside it.
     chosen.hypotheses.retain(|h| !event.weak.contains(h));
     for column in event.weak.iter().flat_map(|h| &h.free) {
@@ -117,7 +104,7 @@ pub(super) fn find<M: LogModel>(
     let event = if event.weak.is_empty() {
         event
     } else {
-        search(fitting, chosen, &event.hypothesis, &spans, &times, tried).unwrap_or(event)
+        over_spans(fitting, chosen, &event.hypothesis, &spans, &times, tried).unwrap_or(event)
     };
     chosen.hypotheses.retain(|h| *h != event.hypothesis);
     chosen.theta.clone_from(&event.theta);
@@ -125,7 +112,7 @@ pub(super) fn find<M: LogModel>(
 }
 
 /// The best span of one entry, if it is significant, better than the lasting entry, and gains where effects are chosen.
-fn search<M: LogModel>(
+fn over_spans<M: LogModel>(
     fitting: &Fitting<'_, M>,
     chosen: &Chosen,
     hypothesis: &Hypothesis,
@@ -140,7 +127,7 @@ fn search<M: LogModel>(
         .flat_map(|column| times.iter().map(|onset_s| Step { column: *column, onset_s: *onset_s }))
         .collect();
     let rows = model.rows(&chosen.theta);
-    let linear = Linearised::new(fitting, &chosen.theta, fitting.pass(&rows, &steps));
+    let linear = Linearised::new(fitting, chosen.theta.clone(), fitting.pass(&rows, &steps));
     let lasting = columns(&hypothesis.free);
     let place = chosen.hypotheses.iter().position(|h| h == hypothesis);
     let others = free(&columns(&model.calibrated()), &chosen.hypotheses, place);
@@ -166,13 +153,13 @@ fn search<M: LogModel>(
     let gains: Vec<(f64, &Span)> =
         spans.iter().filter_map(|span| Some((gain_of(&span_columns(span)?)?, span))).collect();
     let times_of = |span: &Span| usize::from(span.onset_s.is_finite()) + usize::from(span.end_s.is_some());
-    let score = |(gain, span): &(f64, &Span)| gain - TIME_GAIN * times_of(span) as f64;
+    let score = |(gain, span): &(f64, &Span)| gain - search::END_GAIN * times_of(span) as f64;
     let (gain, span) = gains.iter().copied().max_by(|a, b| score(a).total_cmp(&score(b)))?;
     let own = span_columns(span)?;
     let degrees = hypothesis.free.len() + times_of(span);
     let added = linear.added(&own, &others, degrees)?;
     let chosen_gain = linear.chosen_gain(&own, &others);
-    let is_better = gain > always.max(never) + TIME_GAIN * times_of(span) as f64 * added.inflation.max(1.0);
+    let is_better = gain > always.max(never) + search::END_GAIN * times_of(span) as f64 * added.inflation.max(1.0);
     if !is_better || added.p * tried >= FAMILY_ERROR || chosen_gain <= 0.0 {
         return None;
     }
@@ -224,19 +211,8 @@ impl Event {
     /// In the catalogue's form, and what the data that judge say of it. No vehicle file holds it: its sizes there are zero.
     pub fn described<M: LogModel>(&self, fitting: &Fitting<'_, M>, theta: &[f64], after: &Pass) -> JudgedEffect {
         let candidate = Candidate { span: Some(self.span), ..self.hypothesis.candidate };
-        let info = candidate.info();
-        let mut values: Vec<ParameterEstimate> = info
-            .parameters
-            .iter()
-            .zip(self.sizes.iter().zip(&self.sigmas))
-            .map(|(parameter, (value, sigma))| ParameterEstimate {
-                name: parameter.name,
-                unit: parameter.unit,
-                kind: ParameterKind::Size,
-                value: *value,
-                ci95: [value - Z_95 * sigma, value + Z_95 * sigma],
-            })
-            .collect();
+        let sizes = self.sizes.iter().copied().zip(self.sigmas.iter().copied());
+        let mut values = ParameterEstimate::sizes(&candidate, sizes);
         let time = |name, kind, value, ci95| ParameterEstimate { name, unit: "s", kind, value, ci95 };
         if self.span.onset_s.is_finite() {
             values.push(time("onset_s", ParameterKind::Onset, self.span.onset_s, self.intervals[0]));
@@ -250,7 +226,7 @@ impl Event {
             values,
             p_value: self.p,
             gain: self.gain.max(self.chosen_gain),
-            held_gain: judged_gain(fitting, &without, after),
+            held_gain: gain_per_block(&without, after, fitting.is_in(DataPart::Judge)),
             alternatives: Vec::new(),
         };
         (found, borne_out(fitting, &without, after))

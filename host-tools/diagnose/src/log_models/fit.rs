@@ -3,6 +3,7 @@
 use super::layout::Layout;
 use super::model::{LogModel, Row, catalogue_range};
 use super::noise::{self, HUBER, Noise};
+use crate::candidates::Hypothesis;
 use crate::linear::{self, Fit};
 use crate::normal_equations::{BlockEquations, BlockEquationsBuilder, NormalEquations};
 use crate::split::DataPart;
@@ -194,7 +195,7 @@ impl<'a, M: LogModel> Fitting<'a, M> {
     }
 
     /// What the data say against θ: Huber's sum over a part, and the prior's.
-    fn cost(&self, pass: &Pass, theta: &[f64], part: DataPart) -> f64 {
+    pub fn cost(&self, pass: &Pass, theta: &[f64], part: DataPart) -> f64 {
         let is_in = self.is_in(part);
         // An outlier that is left out costs what it would at the limit: else a wrong θ that loses rows looked better.
         let data: f64 = pass
@@ -245,6 +246,21 @@ impl<'a, M: LogModel> Fitting<'a, M> {
             }
         }
         theta.iter().all(|value| value.is_finite()).then_some(theta)
+    }
+
+    /// Fits what is chosen; the rest is zero.
+    pub fn refit(&self, chosen: &[Hypothesis], from: &[f64]) -> Option<Vec<f64>> {
+        let free: Vec<usize> =
+            self.model.calibrated().into_iter().chain(chosen.iter().flat_map(|h| h.free.clone())).collect();
+        let guess = self.model.guess();
+        let start: Vec<f64> = (0..from.len())
+            .map(|column| match (free.contains(&column), from[column] != 0.0) {
+                (true, true) => from[column],
+                (true, false) => guess[column],
+                (false, _) => 0.0,
+            })
+            .collect();
+        self.solve(&free, &start, DataPart::Seen)
     }
 
     /// One sigma of free columns on the data that fit and choose: the larger of the Hessian's and the scatter's over

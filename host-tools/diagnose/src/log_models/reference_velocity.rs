@@ -8,8 +8,9 @@
 
 use super::layout::Layout;
 use super::model::{Entry, LogModel, Measures, OutsideTerm, Row};
-use super::runs::{DELAYS, MOST_RUNS, estimate};
+use super::runs::{DELAYS, MOST_RUNS};
 use super::selection::{self, LogModelDiagnosis};
+use crate::found::ParameterEstimate;
 use crate::prepared_log::FORECAST_SHARE;
 use crate::samples::ResidualChannel;
 use backseat_core::dynamics::Attitude;
@@ -231,8 +232,9 @@ pub fn run(log: &Log, vehicle: &VehicleFile) -> Option<LogModelDiagnosis> {
         for effect in &mut found.diagnosis.effects {
             if effect.instance.candidate.effect == "dvl_delay" {
                 let delays = (DELAY..model.terms()).zip(DELAYS);
-                effect.values =
-                    delays.map(|(column, name)| estimate(name, "s", theta[column], sigmas[column])).collect();
+                effect.values = delays
+                    .map(|(column, name)| ParameterEstimate::size(name, "s", theta[column], sigmas[column]))
+                    .collect();
             }
         }
     }

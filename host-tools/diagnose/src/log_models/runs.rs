@@ -1,8 +1,4 @@
-//! Numbers that each run of a table has for itself, and estimates in the catalogue's form.
-
-use crate::diagnosis::ParameterEstimate;
-use backseat_core::effects::ParameterKind;
-use backseat_logs::stats::Z_95;
+//! Numbers that each run of a table has for itself.
 
 /// Most runs of one table.
 pub const MOST_RUNS: usize = 24;
@@ -20,10 +16,3 @@ macro_rules! names {
 pub(super) const DELAYS: [&str; MOST_RUNS] = names!("s");
 /// Names of the runs' winds.
 pub const WINDS: [[&str; MOST_RUNS]; 2] = [names!("north_mps"), names!("east_mps")];
-
-/// A fitted size with its interval.
-#[must_use]
-pub fn estimate(name: &'static str, unit: &'static str, value: f64, sigma: f64) -> ParameterEstimate {
-    let ci95 = [value - Z_95 * sigma, value + Z_95 * sigma];
-    ParameterEstimate { name, unit, kind: ParameterKind::Size, value, ci95 }
-}

@@ -1,8 +1,8 @@
-//! Which effects the runs show: all are fitted, those that no run needs are taken out, and those that stay are added again
-//! in the order of what each gains, with predictions of each run by a fit to the others.
+//! Which effects the runs show: the selection begins with all; those that stay are added again in the order of what each
+//! gains, with predictions of each run by a fit to the others.
 
 use super::entries::{ENTRIES, Entry};
-use super::fitted::Fitted;
+use super::fitted::{Fitted, LENGTHS_S, fitted, fitted_over, needed};
 use super::numbers::{Numbers, Parameter, alike, difference, t_quantile};
 use super::timing::{self, Timing};
 use super::torque::{DELAY, EFFECT as TORQUE, Torque};
@@ -10,15 +10,13 @@ use super::{configurations, textbook};
 use backseat_identify::short_runs::predict::{Squares, open_loop};
 use backseat_identify::short_runs::recording::{Wanted, windows};
 use backseat_identify::short_runs::unknowns::{coefficients, into_vehicle, of_effect};
-use backseat_identify::short_runs::{self, Draft, Problem, Run, Starts, Unknown};
+use backseat_identify::short_runs::{self, Draft, Problem, Run, Starts};
 use backseat_logs::short_runs::{COMMON, Configuration, OF_CONFIGURATION};
 use backseat_logs::{Log, VehicleFile};
 use rayon::prelude::*;
 
 /// Horizons of the predictions, s.
 pub const HORIZONS_S: [f64; 3] = [5.0, 10.0, 20.0];
-/// Lengths of the windows as the fit proceeds: short ones converge from afar.
-pub(super) const LENGTHS_S: [f64; 3] = [5.0, 10.0, 20.0];
 /// Fewer runs say nothing of how far a value differs from run to run.
 const FEWEST_RUNS: usize = 4;
 /// Prior's share of the information from which a value is the prior's.
@@ -105,18 +103,17 @@ pub fn diagnose(
         effects.iter().for_each(|effect| unknowns.extend(of_effect(effect, configurations.len())));
         Problem { runs: &runs, base: base.clone(), unknowns, starts }
     };
-    let all = |_: usize| true;
 
     let mut kept: Vec<&'static str> = ENTRIES.iter().map(|entry| entry.name).collect();
     let asked = kept.iter().map(|effect| of_effect(effect, configurations.len()).len()).sum();
     progress("all effects");
     // with open starts alone the scale of the moments can end far off; from a fit that is held to its starts it does not
-    let held = fitted(of_these(&kept, Starts::Held), None, &all)?;
+    let held = fitted(of_these(&kept, Starts::Held), None)?;
     let within_rows: Vec<&'static str> =
         kept.iter().copied().filter(|effect| !timing::NOT_TOLD.contains(effect)).collect();
     let mut of_rows = of_these(&within_rows, Starts::Rows);
     of_rows.base.dvl.delay_s = held.draft().dvl.delay_s;
-    let rows = fitted_over(&[timing::LENGTH_S], of_rows, held.start(), &all)?;
+    let rows = fitted_over(&[timing::LENGTH_S], of_rows, held.start())?;
     let timing = Timing::of(&rows);
     let problem = |effects: &[&'static str], torque: Option<&Torque>, starts: Starts| {
         let mut problem = of_these(effects, starts);
@@ -126,7 +123,7 @@ pub fn diagnose(
         }
         problem
     };
-    let mut selected = fitted(problem(&kept, None, Starts::Open), held.start(), &all)?;
+    let mut selected = fitted(problem(&kept, None, Starts::Open), held.start())?;
     let used = selected.fit.runs();
     if used.len() < FEWEST_RUNS {
         return Err(format!(
@@ -141,6 +138,7 @@ pub fn diagnose(
     let mut torque: Option<Torque> = None;
     for has_asked_stops in [false, true] {
         let shown = torque.as_ref().filter(|torque| torque.is_shown());
+        let mut asked = kept.clone();
         if has_asked_stops {
             if shown.is_none() {
                 break;
@@ -148,26 +146,18 @@ pub fn diagnose(
             kept.retain(|effect| *effect != TORQUE && *effect != DELAY);
             kept.extend([TORQUE, DELAY]);
             progress("the propeller's torque by stops of the motor");
-            selected = fitted(problem(&kept, shown, Starts::Open), selected.start(), &all)?;
-        }
-        loop {
+            selected = fitted(problem(&kept, shown, Starts::Open), selected.start())?;
             // once the stops have been asked only the delay is in question
-            let asked: Vec<&'static str> =
-                kept.iter().copied().filter(|effect| !has_asked_stops || *effect == DELAY).collect();
-            let without = selected.superfluous(&asked);
-            if without.is_empty() {
-                break;
-            }
-            kept.retain(|effect| !without.contains(effect));
-            progress(&format!("without {}", without.join(", ")));
-            selected = fitted(problem(&kept, shown, Starts::Open), selected.start(), &all)?;
+            asked = vec![DELAY];
         }
+        let open = |effects: &[&'static str]| problem(effects, shown, Starts::Open);
+        (kept, selected) = needed(&asked, &kept, selected, open, progress)?;
         torque = torque_by(&selected).or(torque);
     }
     let shown = torque.as_ref().filter(|torque| torque.is_shown() && kept.contains(&TORQUE));
     if shown.is_some() {
         // the stops by the model that was chosen
-        selected = fitted(problem(&kept, shown, Starts::Open), selected.start(), &all)?;
+        selected = fitted(problem(&kept, shown, Starts::Open), selected.start())?;
     }
 
     // what each of those kept gains beside all others
@@ -177,28 +167,21 @@ pub fn diagnose(
     gains.sort_by(|a, b| b.0.total_cmp(&a.0));
     let order: Vec<&'static str> = gains.iter().map(|(_, effect)| *effect).collect();
 
-    let mut steps = vec![Step {
-        name: "textbook".to_owned(),
-        cost: None,
-        held_out: per_run(&runs, |_, horizon_s| Some(open_loop(&runs, &textbook_models, horizon_s))),
-    }];
+    let predicted = HORIZONS_S.map(|horizon_s| open_loop(&runs, &textbook_models, horizon_s));
+    let of_run = |run: usize| std::array::from_fn(|place| predicted[place].get(run).copied().unwrap_or_default());
+    let by_textbook = (0..runs.len()).map(of_run).collect();
+    let mut steps = vec![Step { name: "textbook".to_owned(), cost: None, held_out: by_textbook }];
     // what is there has been found with starts as open as rows leave them; the file is to predict from a start that is measured
     progress("held to the starts that are measured");
     let mut flown = order.clone();
     if predictions == Predictions::HeldOut {
         flown.extend(ENTRIES.iter().map(|entry| entry.name).filter(|name| !order.contains(name)));
     }
-    let mut flying = fitted(problem(&flown, shown, Starts::Held), None, &all)?;
+    let mut flying = fitted(problem(&flown, shown, Starts::Held), None)?;
     // what is found stays; of the rest what a prediction needs
-    loop {
-        let asked: Vec<&'static str> = flown.iter().copied().filter(|effect| !order.contains(effect)).collect();
-        let without = flying.superfluous(&asked);
-        if without.is_empty() {
-            break;
-        }
-        flown.retain(|effect| !without.contains(effect));
-        flying = fitted(problem(&flown, shown, Starts::Held), flying.start(), &all)?;
-    }
+    let rest: Vec<&'static str> = flown.iter().copied().filter(|effect| !order.contains(effect)).collect();
+    let held = |effects: &[&'static str]| problem(effects, shown, Starts::Held);
+    (flown, flying) = needed(&rest, &flown, flying, held, progress)?;
     let counts = if predictions == Predictions::HeldOut { 0..flown.len() + 1 } else { 0..0 };
     for count in counts {
         let name = if count == 0 { "its coefficients fitted".to_owned() } else { format!("+ {}", flown[count - 1]) };
@@ -206,10 +189,9 @@ pub fn diagnose(
         let of_step = if count == flown.len() {
             None
         } else {
-            Some(fitted(problem(&flown[..count], shown, Starts::Held), flying.start(), &all)?)
+            Some(fitted(problem(&flown[..count], shown, Starts::Held), flying.start())?)
         };
-        let fits = if of_step.is_none() { LeftOut::Fitted } else { LeftOut::OneStep };
-        steps.push(held_out(name, &runs, of_step.as_ref().unwrap_or(&flying), fits));
+        steps.push(held_out(name, &runs, of_step.as_ref().unwrap_or(&flying), of_step.is_none()));
     }
 
     let numbers = Numbers::new(&selected, &configurations, asked, &timing);
@@ -277,33 +259,6 @@ pub fn diagnose(
     })
 }
 
-/// Fits from the values of the same unknowns in another fit, or from the prior.
-pub(super) fn fitted<'a>(
-    problem: Problem<'a>,
-    start: Option<(&[Unknown], &[f64])>,
-    is_used: &(dyn Fn(usize) -> bool + Sync),
-) -> Result<Fitted<'a>, String> {
-    fitted_over(if start.is_some() { &LENGTHS_S[2..] } else { &LENGTHS_S[..] }, problem, start, is_used)
-}
-
-/// The same over windows of these lengths in turn.
-fn fitted_over<'a>(
-    lengths_s: &[f64],
-    problem: Problem<'a>,
-    start: Option<(&[Unknown], &[f64])>,
-    is_used: &(dyn Fn(usize) -> bool + Sync),
-) -> Result<Fitted<'a>, String> {
-    let from = |unknown: &Unknown| {
-        let (known, values) = start?;
-        known.iter().position(|other| other.name == unknown.name).map(|place| values[place])
-    };
-    let value = |unknown: &Unknown| from(unknown).unwrap_or_else(|| unknown.first_guess());
-    let values: Vec<f64> = problem.unknowns.iter().map(value).collect();
-    let fit = problem.fit(is_used, &values, lengths_s);
-    let fit = fit.ok_or("no run is deeper than 0.5 m at speed for 3 s, or the fit does not converge")?;
-    Ok(Fitted { problem, fit })
-}
-
 /// Intervals into the vehicle file: of delays, and of what configurations differ by, where they hold its value.
 fn set_intervals(vehicle: &mut VehicleFile, found: &[Found]) {
     let Some(runs) = &mut vehicle.short_runs else { return };
@@ -323,28 +278,8 @@ fn set_intervals(vehicle: &mut VehicleFile, found: &[Found]) {
     }
 }
 
-/// Squares of each run at each horizon.
-fn per_run(runs: &[Run], mut of: impl FnMut(usize, f64) -> Option<Vec<Squares>>) -> Vec<[Squares; HORIZONS_S.len()]> {
-    let mut all = vec![[Squares::default(); HORIZONS_S.len()]; runs.len()];
-    for (place, horizon_s) in HORIZONS_S.into_iter().enumerate() {
-        for (run, squares) in of(place, horizon_s).unwrap_or_default().into_iter().enumerate() {
-            all[run][place] = squares;
-        }
-    }
-    all
-}
-
-/// How a run is left out of a fit.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum LeftOut {
-    /// By a fit to the others.
-    Fitted,
-    /// By one step of Gauss-Newton from the fit to all.
-    OneStep,
-}
-
-/// Predictions of each run by a fit without it.
-fn held_out(name: String, runs: &[Run], selected: &Fitted<'_>, left_out: LeftOut) -> Step {
+/// Predictions of each run by a fit to the others; or by one step of Gauss-Newton from the fit to all.
+fn held_out(name: String, runs: &[Run], selected: &Fitted<'_>, is_fitted: bool) -> Step {
     let wanted = Wanted { depth_m: 0.5, powered: true, speed_mps: 0.0 };
     let mut used: Vec<usize> =
         windows(runs, wanted, HORIZONS_S[0], HORIZONS_S[0]).iter().map(|window| window.run).collect();
@@ -353,11 +288,8 @@ fn held_out(name: String, runs: &[Run], selected: &Fitted<'_>, left_out: LeftOut
         .par_iter()
         .map(|&run| {
             let others = |other: usize| other != run;
-            let fit = match left_out {
-                LeftOut::Fitted => selected.problem.fit(&others, &selected.fit.values, &LENGTHS_S[2..]),
-                LeftOut::OneStep => None,
-            };
-            let values = fit.map_or_else(|| selected.fit.without(run), |fit| fit.values);
+            let fit = || selected.problem.fit(&others, &selected.fit.values, &LENGTHS_S[2..]);
+            let values = is_fitted.then(fit).flatten().map_or_else(|| selected.fit.without(run), |fit| fit.values);
             let draft = selected.problem.base.with(&selected.problem.unknowns, &values);
             let squares = HORIZONS_S.map(|horizon_s| {
                 let models = draft.models().unwrap_or_default();

@@ -1,7 +1,7 @@
 //! How well the numbers of all effects could be told in runs of which the effects are known: by simulation.
 
 use super::entries::ENTRIES;
-use super::selection::{LENGTHS_S, fitted};
+use super::fitted::{LENGTHS_S, fitted};
 use super::{configurations, textbook};
 use backseat_identify::short_runs::unknowns::{coefficients, of_effect};
 use backseat_identify::short_runs::{self, Draft, Problem, Starts};
@@ -20,16 +20,15 @@ pub fn sigmas(log: &Log, declared: &VehicleFile, effects: &[&'static str]) -> Re
         let unknowns = coefficients().into_iter().chain(effects.flat_map(|effect| of_effect(effect, configurations)));
         Problem { runs: &runs, base: Draft::of(&vehicle, configurations), unknowns: unknowns.collect(), starts }
     };
-    let all = |_: usize| true;
-    let held = fitted(problem(&mut effects.iter().copied(), Starts::Held), None, &all)?;
-    let there = fitted(problem(&mut effects.iter().copied(), Starts::Open), held.start(), &all)?;
+    let held = fitted(problem(&mut effects.iter().copied(), Starts::Held), None)?;
+    let there = fitted(problem(&mut effects.iter().copied(), Starts::Open), held.start())?;
     let asked = problem(&mut ENTRIES.iter().map(|entry| entry.name), Starts::Open);
     let value = |name: &str| {
         let place = there.problem.unknowns.iter().position(|unknown| unknown.name == name);
         place.map_or(0.0, |place| there.fit.values[place])
     };
     let values: Vec<f64> = asked.unknowns.iter().map(|unknown| value(&unknown.name)).collect();
-    let covariance = asked.covariance_at(&all, &values, LENGTHS_S[LENGTHS_S.len() - 1]);
+    let covariance = asked.covariance_at(&|_| true, &values, LENGTHS_S[LENGTHS_S.len() - 1]);
     let covariance = covariance.ok_or("no information at the fit")?;
     let names = asked.unknowns.into_iter().enumerate().filter(|(_, unknown)| !unknown.effect.is_empty());
     Ok(names.map(|(place, unknown)| (unknown.name, covariance[(place, place)].sqrt())).collect())

@@ -46,7 +46,7 @@ const GROWTH_S: f64 = 5.0;
 const NEXT_S: f64 = 1.5;
 
 /// Takes over noise where the runs have more than is declared: that of the DVL by the difference of one reading from the
-/// next, half the square of which is noise; that of the motion by how far predictions go astray. An acceleration of
+/// next, half the square of which is noise; that of the motion by how far predictions are off. An acceleration of
 /// density σ² makes a variance of σ² t of a velocity and σ² t³/3 of an angle, σ² T/2 and σ² T³/12 in the mean over T.
 pub fn set_noise(vehicle: &mut VehicleFile, runs: &[Run], models: &[RunModel]) {
     let mut steps = Vec::new();

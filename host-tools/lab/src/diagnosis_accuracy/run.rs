@@ -190,7 +190,7 @@ impl Named {
 }
 
 fn fin(candidate: &Candidate) -> Option<String> {
-    candidate.fin.map(|place| candidate.which(place))
+    candidate.member.map(|place| candidate.which(place))
 }
 
 impl HeldOutErrors {

@@ -4,7 +4,8 @@ use backseat_core::effects::{self, Enters, ParameterKind};
 use backseat_diagnose::candidates::{Candidate, Instance, Span};
 use backseat_diagnose::log_effects::Effects;
 use backseat_diagnose::prepared_log::{DataPart, PreparedLog};
-use backseat_diagnose::search::{self, Round};
+use backseat_diagnose::search;
+use backseat_diagnose::selection::Round;
 use backseat_logs::VehicleFile;
 use hil_sim::dataset::{self, Spec};
 use hil_sim::noise::NoiseKind;
@@ -133,7 +134,7 @@ fn instance(effect: &Effect) -> Option<Instance> {
     let sizes = info.parameters.iter().filter(|p| p.kind == ParameterKind::Size);
     let candidate = Candidate {
         effect: info.name,
-        fin: of(ParameterKind::Fin).and_then(effects::fin_index),
+        member: of(ParameterKind::Fin).and_then(effects::fin_index),
         span: of(ParameterKind::Onset)
             .map(|onset_s| Span { onset_s, end_s: of(ParameterKind::End).filter(|end_s| *end_s > 0.0) }),
     };

@@ -10,9 +10,8 @@
 //! per mass are seen: the slope is that of the mass stated, and grows with the added mass that the statement leaves
 //! out.
 
-use backseat_diagnose::log_models::{
-    self, Entry, Layout, LogModel, LogModelDiagnosis, Measures, OutsideTerm, Row, estimate,
-};
+use backseat_diagnose::found::ParameterEstimate;
+use backseat_diagnose::log_models::{self, Entry, Layout, LogModel, LogModelDiagnosis, Measures, OutsideTerm, Row};
 use backseat_diagnose::samples::ResidualChannel;
 use backseat_logs::log::Column;
 use backseat_logs::stats::{Z_95, median, rms};
@@ -244,7 +243,8 @@ fn restate(found: &mut LogModelDiagnosis) {
     ];
     for effect in &mut found.diagnosis.effects {
         if effect.instance.candidate.effect == "thrust_curve" {
-            effect.values = numbers.map(|(name, unit, value, sigma)| estimate(name, unit, value, sigma)).to_vec();
+            effect.values =
+                numbers.map(|(name, unit, value, sigma)| ParameterEstimate::size(name, unit, value, sigma)).to_vec();
             effect.instance.sizes = numbers.map(|(_, _, value, _)| value).to_vec();
         }
     }

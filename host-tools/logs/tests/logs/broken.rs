@@ -1,5 +1,6 @@
 //! Broken vehicle files and logs: one line that names file, line, column and what was expected.
 
+use crate::random::Random;
 use backseat_logs::{Log, Truth, VehicleFile};
 use std::io::Write;
 use std::path::Path;
@@ -156,25 +157,19 @@ fn unusual_but_right() {
     assert!(read.notes[0].contains("line 4, the last, was cut off"), "{:?}", read.notes);
 }
 
-/// A reproducible number below `n`.
-fn below(state: &mut u64, n: usize) -> usize {
-    *state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-    (*state >> 33) as usize % n
-}
-
 #[test]
 fn no_damage_ends_in_a_panic() {
     const DAMAGE: &[u8] = b"[]{}=\"'#,.;-+0eExN\n\r\t \0\xc3\xff_";
     let csv = b"t_s,prop_rpm,depth_m,tol_s,range_m\n0,1000,1.5,,\n0.5,,,0.25,100\n1.25,1001,\"2\",,\n".to_vec();
-    let mut state = 1;
+    let mut random = Random(1);
     for _ in 0..400 {
         let mut damaged = [REFERENCE.as_bytes().to_vec(), csv.clone()];
         for text in &mut damaged {
-            for _ in 0..=below(&mut state, 3) {
-                let at = below(&mut state, text.len());
-                match below(&mut state, 3) {
-                    0 => text[at] = DAMAGE[below(&mut state, DAMAGE.len())],
-                    1 => text.insert(at, DAMAGE[below(&mut state, DAMAGE.len())]),
+            for _ in 0..=random.below(3) {
+                let at = random.below(text.len());
+                match random.below(3) {
+                    0 => text[at] = DAMAGE[random.below(DAMAGE.len())],
+                    1 => text.insert(at, DAMAGE[random.below(DAMAGE.len())]),
                     _ => text.truncate(at.max(1)),
                 }
             }

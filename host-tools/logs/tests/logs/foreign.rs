@@ -1,6 +1,7 @@
 //! Logs of other vehicles and programs (`tests/vectors`, whose README says where they are from): what is read is what
 //! their makers' own programs show; whatever bytes are wrong, no reader panics.
 
+use crate::random::Random;
 use backseat_logs::importers::{self, ColumnMap, Imported};
 use backseat_logs::{Column, Log};
 use std::path::{Path, PathBuf};
@@ -223,12 +224,8 @@ fn no_bytes_make_a_reader_panic() {
     ];
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("log");
-    // the generator of Numerical Recipes
-    let mut state = 1_u32;
-    let mut below = |limit: usize| {
-        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-        ((u64::from(state) * limit as u64) >> 32) as usize
-    };
+    let mut random = Random(1);
+    let mut below = |limit: usize| random.below(limit);
     for name in names {
         let whole = std::fs::read(vector(name)).unwrap();
         for _ in 0..RUNS {

@@ -4,5 +4,7 @@ mod broken;
 mod foreign;
 mod limits;
 mod parameters;
+#[path = "../../../../firmware/tests/random.rs"]
+mod random;
 mod round_trip;
 mod session;

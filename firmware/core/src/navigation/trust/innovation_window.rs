@@ -68,26 +68,26 @@ impl Window {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::random::Random;
 
     /// Uniform numbers of unit variance: their squares are less heavy-tailed than the normal's, so the factors below
     /// have nothing to do with the tail.
-    fn noise(state: &mut u64) -> f64 {
-        *state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        ((*state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5) * libm::sqrt(12.0)
+    fn noise(random: &mut Random) -> f64 {
+        random.within(libm::sqrt(3.0))
     }
 
     #[test]
     fn val_a_matched_source_is_no_excess_and_a_mismatched_one_is() {
-        let (mut window, mut state) = (Window::NEW, 7);
+        let (mut window, mut random) = (Window::NEW, Random(7));
         // 67 windows, each exceeds one of two tests by one in a thousand and one in five hundred
         let mut exceeded = 0;
         for k in 0..20_000_u64 {
-            window.take(30.0, 100_000 * k, noise(&mut state), 1.0);
+            window.take(30.0, 100_000 * k, noise(&mut random), 1.0);
             exceeded += u32::from(window.excess() > 0.0);
         }
         assert!(exceeded < 400, "{exceeded} of 20000 steps");
         for k in 20_000..22_000_u64 {
-            window.take(30.0, 100_000 * k, 2.0 * noise(&mut state), 1.0);
+            window.take(30.0, 100_000 * k, 2.0 * noise(&mut random), 1.0);
         }
         // variance 4 of which S explains 1; N is 600, a standard deviation of 4 √(0.8 / 600) by the uniform's kurtosis
         assert!((window.excess() - 3.0).abs() < 0.6, "{}", window.excess());
@@ -96,11 +96,11 @@ mod tests {
     /// A bias is an excess that does not alternate; a wave does.
     #[test]
     fn val_a_bias_does_not_alternate_and_a_wave_does() {
-        let (mut bias, mut wave, mut state) = (Window::NEW, Window::NEW, 3);
+        let (mut bias, mut wave, mut random) = (Window::NEW, Window::NEW, Random(3));
         for k in 0..3000_u64 {
             let (time_us, time_s) = (200_000 * k, 0.2 * k as f64);
-            bias.take(30.0, time_us, 3.0 + noise(&mut state), 1.0);
-            wave.take(30.0, time_us, 3.0 * libm::sin(time_s) + noise(&mut state), 1.0);
+            bias.take(30.0, time_us, 3.0 + noise(&mut random), 1.0);
+            wave.take(30.0, time_us, 3.0 * libm::sin(time_s) + noise(&mut random), 1.0);
         }
         assert!((bias.excess() - 9.0).abs() < 1.5 && bias.alternating() == 0.0, "{}", bias.excess());
         assert!((wave.alternating() - 4.5).abs() < 1.5, "{}", wave.alternating());

@@ -134,14 +134,14 @@ impl Waves {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::random::Random;
 
     /// Depth innovations of ten minutes at 7 Hz: noise of one sigma, and a wave beside it or not.
     fn after(amplitude: f64) -> Waves {
-        let (mut waves, mut state) = (Waves::CALM, 1_u64);
+        let (mut waves, mut random) = (Waves::CALM, Random(1));
         for k in 0..4200_u32 {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
             // uniform, of unit variance
-            let noise = ((state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5) * libm::sqrt(12.0);
+            let noise = random.within(libm::sqrt(3.0));
             let time_s = f64::from(k) / 7.0;
             waves.learn_sea((1e6 * time_s) as u64, noise + amplitude * libm::sin(1.05 * time_s), 1.0);
         }

@@ -15,10 +15,11 @@ use crate::vessel::model::{AXES, separable as separable_columns};
 use crate::vessel::readings::actuators;
 use backseat_core::navigation::SensorNoise;
 use backseat_core::state::wrap_angle;
+use backseat_diagnose::found::ParameterEstimate;
 use backseat_diagnose::linear;
 use backseat_diagnose::log_models::{
     self, Entry, Layout, LogModel, LogModelDiagnosis, MOST_RUNS, Measures, OutsideTerm, Row, Unexplained, WINDS,
-    catalogue_range, estimate,
+    catalogue_range,
 };
 use backseat_diagnose::normal_equations::NormalEquations;
 use backseat_diagnose::remaining::Remaining;
@@ -415,14 +416,14 @@ fn restate(model: &Planar, found: &mut LogModelDiagnosis) {
         ];
         let value = |(place, (name, usual)): (usize, (&'static str, f64))| {
             let (factor, sigma) = of(from + place);
-            estimate(name, "1", factor * usual, sigma * usual)
+            ParameterEstimate::size(name, "1", factor * usual, sigma * usual)
         };
         if model.wind().is_empty() { Vec::new() } else { usual.into_iter().enumerate().map(value).collect() }
     } else {
         let value = |(place, column): (usize, usize)| {
             let (value, sigma) = of(column);
             let number = model.runs[place / 2] as usize;
-            estimate(WINDS[place % 2][(number - 1).min(MOST_RUNS - 1)], "m/s", value, sigma)
+            ParameterEstimate::size(WINDS[place % 2][(number - 1).min(MOST_RUNS - 1)], "m/s", value, sigma)
         };
         model.wind().enumerate().map(value).collect()
     };
