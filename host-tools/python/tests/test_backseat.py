@@ -59,6 +59,55 @@ class SameNumbers(unittest.TestCase):
         self.same(ours.summary, command("navigate", IVER, "--json"))
         self.assertEqual(list(ours.track), ["t_s", "x_m", "y_m"])
 
+    def test_a_trial_s_logs_are_joined(self):
+        samples = ROOT / "docs/guide/samples"
+        log, ship, modem = (samples / f"trial_{name}" for name in ("vehicle.csv.gz", "ship.nmea.gz", "modem.log"))
+        origin = (41.5, -70.7)
+        ours = backseat.navigate(log, ship=ship, modem=modem, origin_deg=origin, dvl=False)
+        theirs = command(
+            "navigate", log, "--ship", ship, "--modem", modem, "--origin", "41.5,-70.7", "--no-dvl", "--json"
+        )
+        self.same(ours.summary, theirs)
+        self.assertEqual(ours.summary, backseat.navigate(log, ship=ship, modem=[modem], origin_deg=origin, dvl=False).summary | {"wall_s": ours.summary["wall_s"]})
+        self.assertNotEqual(ours.summary["digest"], backseat.navigate(log, dvl=False).summary["digest"])
+
+    def test_what_a_dive_has_taught(self):
+        with tempfile.TemporaryDirectory() as folder:
+            ours, theirs = Path(folder) / "ours.toml", Path(folder) / "theirs.toml"
+            found = backseat.navigate(DIVE, dvl=False, learn=ours)
+            command("navigate", DIVE, "--no-dvl", "--learn", theirs, "--json")
+            self.assertEqual(ours.read_text(encoding="utf-8"), theirs.read_text(encoding="utf-8"))
+            self.assertEqual(found.learnt.to_toml(), backseat.Vehicle.read(ours).to_toml())
+            with self.assertRaisesRegex(ValueError, "exists already"):
+                backseat.navigate(DIVE, dvl=False, learn=ours)
+            with self.assertRaisesRegex(ValueError, "only the robust model learns"):
+                backseat.navigate(DIVE, model="nominal", learn=Path(folder) / "none.toml")
+
+    def test_terms_are_taken_out(self):
+        with tempfile.TemporaryDirectory() as folder:
+            terms = Path(folder) / "terms.toml"
+            terms.write_text('[[effect]]\nname = "heading_lag"\nvalues = [1.0]\n', encoding="utf-8")
+            ours = backseat.navigate(DIVE, dvl=False, terms=terms)
+            self.same(ours.summary, command("navigate", DIVE, "--no-dvl", "--terms", terms, "--json"))
+            self.assertNotEqual(ours.summary["digest"], backseat.navigate(DIVE, dvl=False).summary["digest"])
+
+    def test_diagnose_several_logs_or_one_run(self):
+        log = backseat.read(IVER)
+        columns = log.columns
+        with tempfile.TemporaryDirectory() as folder:
+            parts = [{"t_s": columns["t_s"]}, {"t_s": columns["t_s"]}]
+            for place, name in enumerate(list(columns)[1:]):
+                parts[place % 2][name] = columns[name]
+            files = [Path(folder) / f"{place}.csv" for place in (0, 1)]
+            for file, part in zip(files, parts):
+                text = ["" if np.isnan(value) else repr(float(value)) for row in zip(*part.values()) for value in row]
+                rows = [",".join(text[k : k + len(part)]) for k in range(0, len(text), len(part))]
+                file.write_text("\n".join([",".join(part), *rows]) + "\n", encoding="utf-8")
+            ours = backseat.diagnose(files[0], with_=[files[1]])
+            self.same(ours.summary, command("diagnose", files[0], "--with", files[1], "--json"))
+            with self.assertRaisesRegex(ValueError, "there is no run 3"):
+                backseat.diagnose(log, run=3)
+
     def test_diagnose(self):
         with tempfile.TemporaryDirectory() as folder:
             ours = backseat.diagnose(IVER, report=folder)
