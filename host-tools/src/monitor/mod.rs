@@ -6,7 +6,7 @@ mod model;
 mod view;
 
 pub use link::{Link, News};
-pub use model::{Model, words};
+pub use model::{Model, Severity, words};
 
 use anyhow::{Context, bail};
 use backseat_link::board::PortName;
