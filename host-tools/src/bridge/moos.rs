@@ -25,6 +25,7 @@ const MISSION: &str = "BACKSEAT_MISSION";
 const ANSWER: &str = "BACKSEAT_ANSWER";
 /// Mail comes as the answer to a packet: while there is nothing to send, an empty one goes this often.
 const LOOK: Duration = Duration::from_millis(200);
+/// Where nothing comes back, nothing is looked for.
 const FOR_EVER: Duration = Duration::MAX;
 
 /// Value of a variable.
@@ -196,7 +197,8 @@ fn read_mail(packet: &[u8]) -> Option<Vec<&[u8]>> {
         usize::try_from(u32::from_le_bytes(*number)).ok()
     }
     fn text<'a>(from: &mut &'a [u8]) -> Option<&'a [u8]> {
-        let (text, rest) = from.split_at_checked(number(from)?)?;
+        let length = number(from)?;
+        let (text, rest) = from.split_at_checked(length)?;
         *from = rest;
         Some(text)
     }
