@@ -5,6 +5,9 @@ mod counts;
 mod foxglove;
 mod imc;
 mod moos;
+#[cfg(not(feature = "ros2"))]
+#[path = "no_ros2.rs"]
+mod ros2;
 #[cfg(feature = "ros2")]
 mod ros2;
 
@@ -22,6 +25,7 @@ use backseat_wire::hostlink::{Mode, Port, Telemetry};
 use commands::Commands;
 use counts::Counts;
 use serde_json::{Map, Value, json};
+use std::fmt;
 use std::net::{IpAddr, SocketAddr};
 use std::path::PathBuf;
 use std::str::FromStr;
@@ -112,6 +116,13 @@ impl FromStr for Domain {
     }
 }
 
+impl fmt::Display for Domain {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}", self.id)?;
+        self.address.map_or(Ok(()), |address| write!(f, "@{address}"))
+    }
+}
+
 /// A telemetry record with what it means elsewhere.
 pub struct Place<'a> {
     /// The record.
@@ -121,6 +132,7 @@ pub struct Place<'a> {
     /// When its bytes were read.
     pub arrived: Instant,
     /// Density of the water, as the board takes it.
+    #[cfg_attr(not(feature = "ros2"), expect(dead_code, reason = "for a pressure of ROS 2"))]
     pub density_kg_per_m3: f64,
     /// Latitude and longitude, degrees.
     pub position_deg: [f64; 2],
@@ -147,7 +159,6 @@ struct Sides {
     foxglove: Option<Topics<foxglove::Server>>,
     imc: Option<imc::Sender>,
     moos: Option<moos::Client>,
-    #[cfg(feature = "ros2")]
     ros2: Option<ros2::Node>,
     commands: Option<(Commands, Receiver<String>)>,
 }
@@ -161,8 +172,6 @@ impl Sides {
             "where to? Give --foxglove, --ros2, --moos or --imc"
         );
         ensure!(!accept || moos.is_some() || ros2.is_some(), "--accept: missions come by --moos or --ros2");
-        #[cfg(not(feature = "ros2"))]
-        ensure!(ros2.is_none(), "--ros2: not in this build; take a release's archive, or build with --features ros2");
         let commands = if *accept {
             let key = KeySource::of(args.key.as_deref()).read("the board's key")?;
             Some(Commands::open(shared.parse::<PortName>().map_err(|why| anyhow!(why))?, key))
@@ -177,7 +186,6 @@ impl Sides {
             foxglove: foxglove.map(|server| Topics::new(server, 0)),
             imc: imc.map(|to| imc::Sender::open(to, name, *imc_id)).transpose()?,
             moos: moos.map(|to| moos::Client::open(to, name, commands.as_ref().map(|(commands, _)| commands.clone()))),
-            #[cfg(feature = "ros2")]
             ros2: ros2.map(|domain| ros2::Node::open(domain, name, *accept)).transpose()?,
             commands,
         })
@@ -191,12 +199,10 @@ impl Sides {
             topics.sink.arrived = arrived;
             topics.take(found, frame)?;
         }
-        #[cfg(feature = "ros2")]
         if let (Some(node), What::Event(EventKind::Naming, statement)) = (&mut self.ros2, &found.what) {
             node.name_causes(statement);
         }
         let What::Telemetry(telemetry) = found.what else { return Ok(()) };
-        #[cfg(feature = "ros2")]
         if let Some(node) = &mut self.ros2 {
             node.diagnose(telemetry, utc_us, arrived);
         }
@@ -218,7 +224,6 @@ impl Sides {
         if let Some(moos) = &mut self.moos {
             moos.send(&place);
         }
-        #[cfg(feature = "ros2")]
         if let Some(node) = &self.ros2 {
             node.send(&place);
         }
@@ -228,7 +233,6 @@ impl Sides {
     /// Hears what is asked of the board, and says what became of it.
     fn attend(&mut self, utc_s: f64) {
         let Some((commands, answers)) = &self.commands else { return };
-        #[cfg(feature = "ros2")]
         if let Some(node) = &mut self.ros2 {
             node.attend(commands);
         }
@@ -236,7 +240,6 @@ impl Sides {
             if let Some(moos) = &self.moos {
                 moos.answer(&answer, utc_s);
             }
-            #[cfg(feature = "ros2")]
             if let Some(node) = &self.ros2 {
                 node.answer(answer);
             }
@@ -248,10 +251,7 @@ impl Sides {
         let foxglove = self.foxglove.as_ref().map(|topics| ("foxglove", &*topics.sink.counts));
         let imc = self.imc.as_ref().map(|imc| ("imc", &imc.counts));
         let moos = self.moos.as_ref().map(|moos| ("moos", &*moos.counts));
-        #[cfg(feature = "ros2")]
-        let ros2 = self.ros2.as_ref().map(|node| ("ros2", &node.counts));
-        #[cfg(not(feature = "ros2"))]
-        let ros2 = None;
+        let ros2 = self.ros2.as_ref().map(|node| ("ros2", node.counts()));
         [foxglove, imc, moos, ros2].into_iter().flatten().collect()
     }
 }

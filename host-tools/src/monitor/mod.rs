@@ -6,7 +6,9 @@ mod model;
 mod view;
 
 pub use link::{Link, News};
-pub use model::{Model, Severity, words};
+#[cfg(feature = "ros2")]
+pub use model::Severity;
+pub use model::{Model, words};
 
 use anyhow::{Context, bail};
 use backseat_link::board::PortName;

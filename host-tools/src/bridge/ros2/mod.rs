@@ -51,7 +51,7 @@ pub struct Node {
     said: Option<(u64, Mode)>,
     named: String,
     mission: Option<(DataReader<Text>, Topic<Text>)>,
-    pub counts: Counts,
+    counts: Counts,
     // what was made of it needs it
     _participant: DomainParticipant,
 }
@@ -65,7 +65,7 @@ impl Node {
             name.starts_with(is_start) && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_'),
             "--name {name}: a name of ROS 2 has letters, digits and underscores, and begins with no digit"
         );
-        let failed = |error: &dyn std::fmt::Display| anyhow!("ROS 2, domain {}: {error}", domain.id);
+        let failed = |error: &dyn std::fmt::Display| anyhow!("--ros2 {domain}: {error}");
         let mut builder = DomainParticipantBuilder::new(domain.id);
         if let Some(address) = domain.address {
             builder = builder.with_only_networks([address]);
@@ -157,6 +157,10 @@ impl Node {
                 Ok(Some(_)) | Err(_) => self.counts.refuse(),
             }
         }
+    }
+
+    pub const fn counts(&self) -> &Counts {
+        &self.counts
     }
 
     /// What became of it.
