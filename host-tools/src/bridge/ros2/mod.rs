@@ -15,7 +15,7 @@ use rustdds::{DomainParticipant, DomainParticipantBuilder, Publisher, QosPolicie
 use std::time::Instant;
 
 /// As `rclcpp` and `rclpy` publish: reliable, the last ten. Nothing waits for a reader: what the library cannot take is
-/// dropped. It holds a thousand messages for one that does not acknowledge, and lets it go when its lease is over.
+/// dropped. It holds 8,192 messages for one that does not acknowledge, and lets it go when its lease is over.
 fn qos() -> QosPolicies {
     QosPolicyBuilder::new()
         .durability(Durability::Volatile)
