@@ -384,10 +384,10 @@ def navigate(
     well (the robust model always does). ``packet``: take the ship from the packets alone instead of its GNSS.
     ``smooth``: the best estimate of each time from the whole log as well. ``truth``: a CSV to compare with.
 
-    ``ship``: the log of the ship's GNSS (NMEA with RMC and GGA), ``modem``: that of the vehicle's modem, of the ship's, or
-    of both, joined by time; ``origin_deg``: latitude and longitude of the origin of a vehicle's log that has positions in
-    metres alone. ``terms``: a file of terms that :func:`diagnose` proposed, taken out of the readings. ``learn``: a file
-    for the vehicle with what this dive has shown of it. ``report``: a folder for report.html.
+    ``ship``: the log of the ship's GNSS (NMEA with RMC and GGA), ``modem``: that of the vehicle's modem, of the ship's,
+    or of both, joined by time; ``origin_deg``: latitude and longitude of the origin of a vehicle's log that has
+    positions in metres alone. ``terms``: a file of terms that :func:`diagnose` proposed, taken out of the readings.
+    ``learn``: a file for the vehicle with what this dive has shown of it. ``report``: a folder for report.html.
     """
     switches = [not dvl, not range_rate, current, packet, smooth]
     modems = [modem] if isinstance(modem, (str, os.PathLike)) else modem

@@ -98,7 +98,8 @@ class SameNumbers(unittest.TestCase):
         table = {**columns, "run": np.repeat([1.0, 2.0], [half, len(columns["t_s"]) - half])}
 
         def write(file, columns):
-            rows = [",".join("" if np.isnan(value) else repr(float(value)) for value in row) for row in zip(*columns.values())]
+            cells = [["" if np.isnan(value) else repr(float(value)) for value in row] for row in zip(*columns.values())]
+            rows = [",".join(row) for row in cells]
             file.write_text("\n".join([",".join(columns), *rows]) + "\n", encoding="utf-8")
             return file
 

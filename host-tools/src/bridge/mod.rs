@@ -49,8 +49,8 @@ through the port that it prints first.
 Foxglove: Open connection, Foxglove WebSocket, ws://127.0.0.1:8765; the layout is that of `backseat export --foxglove`.
 IMC: Announce, Heartbeat and EstimatedState over UDP, which Neptus draws. MOOS: NAV_X (east), NAV_Y (north), NAV_LAT,
 NAV_LONG, NAV_DEPTH, NAV_SPEED, NAV_HEADING, NAV_PITCH, NAV_ROLL in a MOOSDB, in MOOS' units (m, degrees of heading, rad of
-pitch and roll). ROS 2: /NAME/odom, /NAME/water_velocity, /NAME/pressure, /diagnostics, /tf; needs a release's archive or
-a build with `--features ros2`. Times are the board's UTC; this computer's before the board knows it.
+pitch and roll). ROS 2: /NAME/odom, /NAME/water_velocity, /NAME/pressure, /diagnostics, /tf; needs a release's archive
+or a build with `--features ros2`. Times are the board's UTC; this computer's before the board knows it.
 
 With --accept whoever reaches the MOOSDB or the ROS 2 domain commands the board: the string BACKSEAT_MISSION, or
 /NAME/mission (std_msgs/String), is `start`, `stop` or the text of a mission file. BACKSEAT_ANSWER and /NAME/answer say

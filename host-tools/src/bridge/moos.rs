@@ -1,5 +1,5 @@
-//! A client of MOOSDB, as the board's navigation (themoos/core-moos, `CMOOSCommPkt`, `CMOOSMsg`): synchronous, it sends,
-//! and registers for [`MISSION`] where missions are accepted.
+//! A client of MOOSDB, as the board's navigation (themoos/core-moos, `CMOOSCommPkt`, `CMOOSMsg`): synchronous, it
+//! sends, and registers for [`MISSION`] where missions are accepted.
 
 use super::Place;
 use super::commands::Commands;
@@ -142,8 +142,8 @@ fn serve(
     }
 }
 
-/// Asks for what others want of the board. The answer holds what was wanted before, perhaps by a start of yesterday: that
-/// is passed over.
+/// Asks for what others want of the board. The answer holds what was wanted before, perhaps by a start of yesterday:
+/// that is passed over.
 fn register(socket: &mut TcpStream, name: &str) -> io::Result<()> {
     socket.write_all(&packet(&[message(b'R', name, MISSION, 0.0, &Value::Real(0.0))]))?;
     answer(socket).map(drop)

@@ -1,6 +1,6 @@
 //! Messages of ROS 2's common interfaces, as far as the bridge sends and reads them, and a telemetry record in them: a
-//! world of x east, y north, z up, a vehicle of x forward, y to port, z up (REP 103). A fixed array of 36 is six of six,
-//! which CDR writes alike.
+//! world of x east, y north, z up, a vehicle of x forward, y to port, z up (REP 103). A fixed array of 36 is six of
+//! six, which CDR writes alike.
 
 use crate::bridge::Place;
 use nalgebra::{UnitQuaternion, Vector3};
@@ -89,8 +89,8 @@ fn twist(place: &Place<'_>, [u, v, w]: [f64; 3]) -> TwistWithCovariance {
     TwistWithCovariance { twist, covariance: diagonal([su, sv, sw, sp, sq, sr]) }
 }
 
-/// The pose in the world, the velocity over ground in the vehicle's axes. The record has no sigma of the current: that of
-/// the velocity is that through the water.
+/// The pose in the world, the velocity over ground in the vehicle's axes. The record has no sigma of the current: that
+/// of the velocity is that through the water.
 pub fn odometry(place: &Place<'_>, name: &str) -> Odometry {
     let [.., roll, pitch, heading, u, v, w, _, _, _] = place.telemetry.state;
     let [north, east] = place.telemetry.current_mps;
