@@ -9,7 +9,7 @@ use ratatui::crossterm::event::{self, Event, KeyCode, KeyEvent, KeyEventKind, Ke
 use ratatui::crossterm::terminal::{disable_raw_mode, enable_raw_mode};
 use serde_json::Value;
 use std::io::{BufRead as _, IsTerminal as _};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 // Arguments of every command of the board. As a doc comment clap would print this as what the command does.
 #[derive(clap::Args)]
@@ -27,12 +27,7 @@ pub struct Common {
 impl Common {
     /// The board at the port.
     pub fn connect(&self) -> anyhow::Result<Board> {
-        let source = match &self.key {
-            None => KeySource::None,
-            Some(path) if path.as_os_str() == "-" => KeySource::Asked,
-            Some(path) => KeySource::File(path.clone()),
-        };
-        Board::connect(&self.port, source.read("the board's key")?)
+        Board::connect(&self.port, KeySource::of(self.key.as_deref()).read("the board's key")?)
     }
 
     /// Prints a report.
@@ -58,6 +53,15 @@ pub enum KeySource {
 }
 
 impl KeySource {
+    /// What `--key` names.
+    pub fn of(path: Option<&Path>) -> Self {
+        match path {
+            None => Self::None,
+            Some(path) if path.as_os_str() == "-" => Self::Asked,
+            Some(path) => Self::File(path.to_owned()),
+        }
+    }
+
     /// The key; `what` it is for whoever is asked.
     pub fn read(&self, what: &str) -> anyhow::Result<Key> {
         let (text, place) = match self {

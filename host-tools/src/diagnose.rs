@@ -8,7 +8,6 @@ use backseat_analysis::diagnose::{self, Files, Options, TERMS_FILE, torpedo};
 use backseat_analysis::effect::terms::Terms;
 use backseat_analysis::read_log::ReadLog;
 use backseat_analysis::uses;
-use backseat_logs::log::Column;
 use backseat_logs::output::{Existing, write as write_file};
 use backseat_logs::{Truth, VehicleFile};
 use std::path::PathBuf;
@@ -66,9 +65,6 @@ pub struct Args {
     #[arg(long, value_name = "V2.toml")]
     out: Option<PathBuf>,
 }
-
-/// So many rows are diagnosed, a day at 10 Hz: the search keeps about 1 kB of each, and is to do with 2 GB.
-const MOST_ROWS: usize = 1_000_000;
 
 /// Reads, diagnoses, writes.
 pub fn run(args: &Args) -> anyhow::Result<Outcome> {
@@ -165,18 +161,6 @@ fn read(args: &Args) -> anyhow::Result<Option<ReadLog>> {
     if !is_admitted(&mut logs, "diagnose", &args.output)? {
         return Ok(None);
     }
-    for other in beside {
-        read.log.join(other.log);
-    }
-    if let Some(run) = args.run {
-        read.log.rows.retain(|row| row.get(Column::Run) == Some(f64::from(run)));
-        if read.log.rows.is_empty() {
-            bail!(
-                "{}: there is no run {run}; the notes of a diagnosis without --run list the runs",
-                args.log.display()
-            );
-        }
-    }
-    read.log.keep_first(MOST_ROWS);
+    diagnose::gather(&mut read.log, beside.into_iter().map(|other| other.log), args.run)?;
     Ok(Some(read))
 }

@@ -85,10 +85,9 @@ enum Action {
 pub fn run(args: &Args) -> anyhow::Result<()> {
     match &args.action {
         Action::Put { common, file } => {
-            let StoredMission { waypoints, fence_m, alerts_m } = mission_file::read(file)?;
-            let mut board = common.connect()?;
-            let warnings = alerts_m.map_or(Ok(Vec::new()), |alerts_m| set_alerts(&mut board, alerts_m))?;
-            board.set_mission(&waypoints, &fence_m)?;
+            let stored = mission_file::read(file)?;
+            let warnings = put(&mut common.connect()?, &stored)?;
+            let StoredMission { waypoints, fence_m, alerts_m } = stored;
             let (fence, alert) = (fence_text(&fence_m), alert_text(alerts_m));
             let mut text = format!("{} waypoints, {:.0} m{fence}{alert}\n", waypoints.len(), length_m(&waypoints));
             text.extend(warnings.iter().map(|warning| format!("warning: {warning}\n")));
@@ -129,6 +128,13 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
             state(common, &mut board, "stopped: neutral fins, propeller off, frontseat in charge")
         }
     }
+}
+
+/// Replaces the board's mission and, if there are others with it, its alert limits; what is to be said of them.
+pub fn put(board: &mut Board, stored: &StoredMission) -> anyhow::Result<Vec<String>> {
+    let warnings = stored.alerts_m.map_or(Ok(Vec::new()), |alerts_m| set_alerts(board, alerts_m))?;
+    board.set_mission(&stored.waypoints, &stored.fence_m)?;
+    Ok(warnings)
 }
 
 const ALERTS: [&str; 2] = ["app.alert_horizontal_m", "app.alert_depth_m"];

@@ -4,7 +4,6 @@ use crate::log_input::{LogInput, explain_failure, is_admitted};
 use crate::outcome::Outcome;
 use crate::output::Output;
 use anyhow::Context;
-use backseat_analysis::effect::terms::Terms;
 use backseat_analysis::navigate::{self, Model, RECEIVER_BIAS_M, Settings, Trial};
 use backseat_analysis::read_log::ReadLog;
 use backseat_analysis::uses;
@@ -137,10 +136,7 @@ pub fn run(args: &Args) -> anyhow::Result<Outcome> {
     let trial = Trial { ship: args.ship.clone(), modem: args.modem.clone(), origin_deg: args.origin };
     trial.join(&mut read, &vehicle)?;
     if let Some(path) = &args.terms {
-        let file = Terms::read(path)?;
-        navigate::take_out(&mut read, &vehicle, &file.known()?, &file.effects()?);
-        let taken = file.effect.iter().map(|effect| format!("{} was taken out of the readings", effect.name));
-        read.log.notes.extend(taken);
+        navigate::take_out_file(&mut read, &vehicle, path)?;
     }
     explain_failure(&read, || write(args, &read, declared.as_ref(), &vehicle))
 }
@@ -186,12 +182,7 @@ fn write(
         let next = result.learnt(vehicle).context(
             "--learn: only the robust model learns anything of the vehicle (--model robust, a log with fins and propeller)",
         )?;
-        let log = args.log.file_name().map_or_else(|| "a log".into(), |name| name.to_string_lossy());
-        let source = format!(
-            "Vehicle {} with what `backseat navigate --learn` has learnt from {log}, in section [learnt].",
-            next.name
-        );
-        next.write(path, &source, args.output.existing())?;
+        next.write(path, &result.learnt_source(vehicle), args.output.existing())?;
     }
     if let Some(path) = &args.out {
         backseat_logs::output::write(path, args.output.existing(), |file| result.write_track(file))?;

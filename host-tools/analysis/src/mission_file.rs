@@ -36,7 +36,11 @@ pub fn read(path: &Path) -> Result<StoredMission, DataError> {
     parse(&text, path)
 }
 
-fn parse(text: &str, path: &Path) -> Result<StoredMission, DataError> {
+/// The same of a text; errors name it by this path.
+///
+/// # Errors
+/// As of [`read`].
+pub fn parse(text: &str, path: &Path) -> Result<StoredMission, DataError> {
     let file: MissionFile = from_toml(text, path)?;
     let waypoints = file.mission.waypoints();
     if waypoints.is_empty() {

@@ -9,6 +9,7 @@ use std::path::Path;
 use std::time::Instant;
 
 /// A log, how it was understood, and what is doubtful about it.
+#[derive(Clone)]
 pub struct ReadLog {
     /// Name of its format.
     pub format: &'static str,

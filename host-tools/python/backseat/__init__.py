@@ -215,6 +215,8 @@ class Navigation:
     """The estimate once a second: ``t_s``, the state, the current and the sigmas of the position."""
     smoothed: Optional[Table]
     """The same from the measurements of the whole log, if that was asked for."""
+    learnt: Optional[Vehicle]
+    """The vehicle with what the robust model has learnt of it, for the next dive; no other model learns anything."""
 
     @property
     def is_trusted(self) -> bool:
@@ -367,6 +369,11 @@ def navigate(
     current: bool = False,
     packet: bool = False,
     smooth: bool = False,
+    ship: Optional[PathLike] = None,
+    modem: Union[PathLike, Sequence[PathLike]] = (),
+    origin_deg: Optional[Tuple[float, float]] = None,
+    terms: Optional[PathLike] = None,
+    learn: Optional[PathLike] = None,
     report: Optional[PathLike] = None,
     force: bool = False,
 ) -> Navigation:
@@ -375,16 +382,27 @@ def navigate(
     ``vehicle``: the built-in reference if left out. ``model``: "robust", "nominal", "thesis" or "kinematic"; the best that the log
     supports if left out. ``dvl``, ``range_rate``: whether to use them. ``current``: estimate a steady water current as
     well (the robust model always does). ``packet``: take the ship from the packets alone instead of its GNSS.
-    ``smooth``: the best estimate of each time from the whole log as well. ``truth``: a CSV to compare with. ``report``: a
-    folder for report.html.
+    ``smooth``: the best estimate of each time from the whole log as well. ``truth``: a CSV to compare with.
+
+    ``ship``: the log of the ship's GNSS (NMEA with RMC and GGA), ``modem``: that of the vehicle's modem, of the ship's,
+    or of both, joined by time; ``origin_deg``: latitude and longitude of the origin of a vehicle's log that has
+    positions in metres alone. ``terms``: a file of terms that :func:`diagnose` proposed, taken out of the readings.
+    ``learn``: a file for the vehicle with what this dive has shown of it. ``report``: a folder for report.html.
     """
     switches = [not dvl, not range_rate, current, packet, smooth]
-    text, track, smoothed, page = _backseat.navigate(
-        _log(log), _vehicle(vehicle), _optional_file(truth), model, switches, report is not None
+    modems = [modem] if isinstance(modem, (str, os.PathLike)) else modem
+    beside = (_optional_file(ship), [_file(path) for path in modems], origin_deg, _optional_file(terms))
+    text, track, smoothed, page, found = _backseat.navigate(
+        _log(log), _vehicle(vehicle), _optional_file(truth), model, switches, beside, report is not None
     )
+    learnt = None if found is None else Vehicle(found[0])
+    if learn is not None:
+        if learnt is None or found is None:
+            raise ValueError("only the robust model learns anything of the vehicle, of a log with fins and propeller")
+        learnt.write(learn, found[1], force)
     if report is not None:
         _write(Path(report) / "report.html", page, force)
-    return Navigation(json.loads(text), _table(track), None if smoothed is None else _table(smoothed))
+    return Navigation(json.loads(text), _table(track), None if smoothed is None else _table(smoothed), learnt)
 
 
 def identify(
@@ -425,16 +443,23 @@ def diagnose(
     *,
     truth: Optional[PathLike] = None,
     dvl: bool = True,
+    with_: Sequence[Union[Log, PathLike, Mapping[str, ArrayLike]]] = (),
+    run: Optional[int] = None,
     report: Optional[PathLike] = None,
     force: bool = False,
 ) -> Diagnosis:
     """Finds which physical effect the declared vehicle lacks, and how large it is, as ``backseat diagnose``.
 
     ``vehicle``: the declared vehicle; the built-in reference if left out. ``truth``: a CSV to compare positions with.
-    ``report``: a folder for report.html and vehicle.toml.
+    ``with_``: logs of the same time base, joined to the first; runs join by their labels. ``run``: one run alone, of a
+    table that holds several, counted from 1. ``report``: a folder for report.html and vehicle.toml, and for
+    proposed_terms.toml if terms were proposed.
     """
+    if report is not None:
+        Path(report).mkdir(parents=True, exist_ok=True)
     text, sentence, vehicle_found, page, figures = _backseat.diagnose(
-        _log(log), _vehicle(vehicle), _optional_file(truth), not dvl, report is not None
+        _log(log), _vehicle(vehicle), _optional_file(truth), not dvl, [_log(other) for other in with_], run,
+        _fspath(report), force,
     )
     found = Vehicle(vehicle_found)
     summary = json.loads(text)

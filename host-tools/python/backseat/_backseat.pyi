@@ -32,14 +32,16 @@ class Vehicle:
 
 def map(table: str) -> str: ...
 def navigate(
-    log: Log, vehicle: Optional[Vehicle], truth: Optional[str], model: Optional[str], switches: Sequence[bool], wants_page: bool
-) -> Tuple[str, Columns, Optional[Columns], Optional[str]]: ...
+    log: Log, vehicle: Optional[Vehicle], truth: Optional[str], model: Optional[str], switches: Sequence[bool],
+    beside: Tuple[Optional[str], Sequence[str], Optional[Sequence[float]], Optional[str]], wants_page: bool,
+) -> Tuple[str, Columns, Optional[Columns], Optional[str], Optional[Tuple[Vehicle, str]]]: ...
 def identify(
     log: Log, vehicle: Optional[Vehicle], validate: Optional[Log], method: str, scale: str, cross_drag: bool,
     current: Sequence[float], wants_page: bool,
 ) -> Tuple[str, Optional[Vehicle], Optional[str]]: ...
 def diagnose(
-    log: Log, vehicle: Optional[Vehicle], truth: Optional[str], no_dvl: bool, wants_page: bool
+    log: Log, vehicle: Optional[Vehicle], truth: Optional[str], no_dvl: bool, beside: Sequence[Log], run: Optional[int],
+    report: Optional[str], force: bool,
 ) -> Tuple[str, str, Vehicle, Optional[str], List[Tuple[str, Columns]]]: ...
 def simulate(
     scenario: Optional[str], vehicle: Optional[Vehicle], seed: Optional[int], minutes: Optional[float],

@@ -1,13 +1,16 @@
 //! `diagnose`.
 
 use crate::columns::{Columns, bytes};
+use crate::error;
 use crate::interruptible;
 use crate::log::Log;
 use crate::vehicle::Vehicle;
-use backseat_analysis::diagnose::{DiagnosisResult, Files, compute, report, sentence};
+use backseat_analysis::diagnose::{DiagnosisResult, Files, TERMS_FILE, compute, gather, report, sentence};
+use backseat_analysis::effect::terms::Terms;
 use backseat_diagnose::figures;
 use backseat_diagnose::samples::ResidualChannel;
 use backseat_logs::Truth;
+use backseat_logs::output::Existing;
 use pyo3::prelude::*;
 use std::path::PathBuf;
 
@@ -16,20 +19,31 @@ type Found<'py> = (String, String, Vehicle, Option<String>, Vec<(String, Columns
 
 /// Finds which effect the declared vehicle lacks.
 #[pyfunction]
-#[pyo3(signature = (log, vehicle, truth, no_dvl, wants_page))]
+#[pyo3(signature = (log, vehicle, truth, no_dvl, beside, run, folder, force))]
+#[allow(clippy::too_many_arguments)] // one for each of the command's flags
 pub fn diagnose<'py>(
     py: Python<'py>,
     log: &Log,
     vehicle: Option<&Vehicle>,
     truth: Option<PathBuf>,
     no_dvl: bool,
-    wants_page: bool,
+    beside: Vec<PyRef<'py, Log>>,
+    run: Option<u32>,
+    folder: Option<PathBuf>,
+    force: bool,
 ) -> PyResult<Found<'py>> {
+    let mut read = log.read.clone();
+    gather(&mut read.log, beside.iter().map(|other| other.read.log.clone()), run).map_err(error)?;
     let work = || -> anyhow::Result<_> {
         let truth = truth.map(|path| Truth::read(&path)).transpose()?;
-        let result = compute(&log.read, vehicle.map(|vehicle| &vehicle.file), truth.as_ref(), no_dvl)?;
+        let result = compute(&read, vehicle.map(|vehicle| &vehicle.file), truth.as_ref(), no_dvl)?;
+        let terms = Terms::of(&result.diagnosis.proposed, &result.diagnosis.effects);
+        if let Some(folder) = folder.as_ref().filter(|_| !terms.is_empty()) {
+            let existing = if force { Existing::Replace } else { Existing::Keep };
+            terms.write(&folder.join(TERMS_FILE), &read.log.path.display().to_string(), existing)?;
+        }
         let report = report(&result, &Files::default()).file("report", None);
-        Ok((result, report.to_json(), wants_page.then(|| report.html())))
+        Ok((result, report.to_json(), folder.is_some().then(|| report.html())))
     };
     let (result, json, page) = interruptible::run(py, work)?;
     let (figures, sentence) = (figures_of(py, &result), sentence(&result));

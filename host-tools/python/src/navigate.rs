@@ -5,20 +5,23 @@ use crate::error;
 use crate::interruptible;
 use crate::log::Log;
 use crate::vehicle::Vehicle;
-use backseat_analysis::navigate::{Estimate, Model, NavigationResult, Settings};
+use backseat_analysis::navigate::{Estimate, Model, NavigationResult, Settings, Trial, take_out_file};
 use backseat_estimation::filter::TrackSample;
-use backseat_logs::{STATE_COLUMNS, Truth};
+use backseat_logs::{STATE_COLUMNS, Truth, VehicleFile};
 use backseat_report::Report;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use std::path::PathBuf;
 
-/// JSON object, track, smoothed track, page (if it is wanted).
-type Found<'py> = (String, Columns<'py>, Option<Columns<'py>>, Option<String>);
+/// JSON object, track, smoothed track, page (if it is wanted), what was learnt and what the head of its file says.
+type Found<'py> = (String, Columns<'py>, Option<Columns<'py>>, Option<String>, Option<(Vehicle, String)>);
+/// Logs of the ship's receiver and of modems, the origin, degrees, and a file of terms.
+type Beside = (Option<PathBuf>, Vec<PathBuf>, Option<[f64; 2]>, Option<PathBuf>);
 
 /// Runs the navigation filter over a log.
 #[pyfunction]
-#[pyo3(signature = (log, vehicle, truth, model, switches, wants_page))]
+#[pyo3(signature = (log, vehicle, truth, model, switches, beside, wants_page))]
+#[allow(clippy::too_many_arguments)] // groups of the command's flags
 pub fn navigate<'py>(
     py: Python<'py>,
     log: &Log,
@@ -26,6 +29,7 @@ pub fn navigate<'py>(
     truth: Option<PathBuf>,
     model: Option<&str>,
     switches: [bool; 5],
+    beside: Beside,
     wants_page: bool,
 ) -> PyResult<Found<'py>> {
     let [no_dvl, no_range_rate, current, packet, smooth] = switches;
@@ -33,9 +37,17 @@ pub fn navigate<'py>(
         model.map(str::parse).transpose().map_err(|message: String| PyValueError::new_err(message))?;
     let settings = Settings { model, no_dvl, no_range_rate, current, packet, smooth, ..Settings::default() };
     let truth = truth.map(|path| Truth::read(&path)).transpose().map_err(error)?;
+    let declared = vehicle.map_or_else(VehicleFile::reference, |vehicle| vehicle.file.clone());
+    let (ship, modem, origin_deg, terms) = beside;
+    let mut read = log.read.clone();
+    py.detach(|| {
+        Trial { ship, modem, origin_deg }.join(&mut read, &declared)?;
+        terms.map_or(Ok(()), |path| take_out_file(&mut read, &declared, &path))
+    })
+    .map_err(error)?;
     let compute = || -> anyhow::Result<(NavigationResult<'_>, Report)> {
         let vehicle = vehicle.map(|vehicle| &vehicle.file);
-        let result = backseat_analysis::navigate::compute(&log.read, vehicle, truth.as_ref(), &settings)?;
+        let result = backseat_analysis::navigate::compute(&read, vehicle, truth.as_ref(), &settings)?;
         let report = backseat_analysis::navigate::report(&result);
         Ok((result, report))
     };
@@ -49,7 +61,8 @@ pub fn navigate<'py>(
         ],
     };
     let smoothed = result.estimate.smoothed().map(|samples| self::track(py, samples));
-    Ok((report.to_json(), track, smoothed, wants_page.then(|| report.html())))
+    let learnt = result.learnt(&declared).map(|file| (Vehicle { file }, result.learnt_source(&declared)));
+    Ok((report.to_json(), track, smoothed, wants_page.then(|| report.html()), learnt))
 }
 
 fn track<'py>(py: Python<'py>, samples: &[TrackSample]) -> Columns<'py> {

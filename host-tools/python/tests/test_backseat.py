@@ -59,6 +59,61 @@ class SameNumbers(unittest.TestCase):
         self.same(ours.summary, command("navigate", IVER, "--json"))
         self.assertEqual(list(ours.track), ["t_s", "x_m", "y_m"])
 
+    def test_a_trial_s_logs_are_joined(self):
+        samples = ROOT / "docs/guide/samples"
+        log, ship, modem = (samples / f"trial_{name}" for name in ("vehicle.csv.gz", "ship.nmea.gz", "modem.log"))
+        origin = (41.5, -70.7)
+        ours = backseat.navigate(log, ship=ship, modem=[modem], origin_deg=origin, dvl=False)
+        theirs = command(
+            "navigate", log, "--ship", ship, "--modem", modem, "--origin", "41.5,-70.7", "--no-dvl", "--json"
+        )
+        self.same(ours.summary, theirs)
+        one = backseat.navigate(log, ship=ship, modem=modem, origin_deg=origin, dvl=False)
+        self.assertEqual(ours.summary["digest"], one.summary["digest"])
+        self.assertNotEqual(ours.summary["digest"], backseat.navigate(log, dvl=False).summary["digest"])
+
+    def test_what_a_dive_has_taught(self):
+        with tempfile.TemporaryDirectory() as folder:
+            ours, theirs = Path(folder) / "ours.toml", Path(folder) / "theirs.toml"
+            found = backseat.navigate(DIVE, dvl=False, learn=ours)
+            command("navigate", DIVE, "--no-dvl", "--learn", theirs, "--json")
+            self.assertEqual(ours.read_text(encoding="utf-8"), theirs.read_text(encoding="utf-8"))
+            self.assertEqual(found.learnt.to_toml(), backseat.Vehicle.read(ours).to_toml())
+            with self.assertRaisesRegex(ValueError, "exists already"):
+                backseat.navigate(DIVE, dvl=False, learn=ours)
+            with self.assertRaisesRegex(ValueError, "only the robust model learns"):
+                backseat.navigate(DIVE, model="nominal", learn=Path(folder) / "none.toml")
+
+    def test_terms_are_taken_out(self):
+        with tempfile.TemporaryDirectory() as folder:
+            terms = Path(folder) / "terms.toml"
+            terms.write_text('[[effect]]\nname = "heading_lag"\nvalues = [1.0]\n', encoding="utf-8")
+            ours = backseat.navigate(DIVE, dvl=False, terms=terms)
+            self.same(ours.summary, command("navigate", DIVE, "--no-dvl", "--terms", terms, "--json"))
+            self.assertNotEqual(ours.summary["digest"], backseat.navigate(DIVE, dvl=False).summary["digest"])
+
+    def test_diagnose_several_logs_or_one_run(self):
+        columns = backseat.read(IVER).columns
+        half = len(columns["t_s"]) // 2
+        table = {**columns, "run": np.repeat([1.0, 2.0], [half, len(columns["t_s"]) - half])}
+
+        def write(file, columns):
+            cells = [["" if np.isnan(value) else repr(float(value)) for value in row] for row in zip(*columns.values())]
+            rows = [",".join(row) for row in cells]
+            file.write_text("\n".join([",".join(columns), *rows]) + "\n", encoding="utf-8")
+            return file
+
+        with tempfile.TemporaryDirectory() as folder:
+            first = write(Path(folder) / "first.csv", {name: values[:half] for name, values in columns.items()})
+            second = write(Path(folder) / "second.csv", {name: values[half:] for name, values in columns.items()})
+            ours = backseat.diagnose(first, with_=[second])
+            self.same(ours.summary, command("diagnose", first, "--with", second, "--json"))
+            self.assertNotEqual(ours.summary["before"], backseat.diagnose(first).summary["before"])
+            runs = write(Path(folder) / "runs.csv", table)
+            self.same(backseat.diagnose(runs, run=2).summary, command("diagnose", runs, "--run", 2, "--json"))
+            with self.assertRaisesRegex(ValueError, "there is no run 3"):
+                backseat.diagnose(runs, run=3)
+
     def test_diagnose(self):
         with tempfile.TemporaryDirectory() as folder:
             ours = backseat.diagnose(IVER, report=folder)

@@ -3,7 +3,7 @@
 //! One thread listens, one serves each client. What a client has not taken in time is dropped and counted; one that takes
 //! nothing for [`PATIENCE`] is let go.
 
-use super::Counts;
+use super::counts::Counts;
 use crate::foxglove::Sink;
 use anyhow::Context;
 use serde::Deserialize;
@@ -13,7 +13,7 @@ use std::io::ErrorKind;
 use std::net::{SocketAddr, TcpListener, TcpStream};
 use std::sync::mpsc::{Receiver, SyncSender, TryRecvError, TrySendError, sync_channel};
 use std::sync::{Arc, Mutex, PoisonError};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 use tungstenite::handshake::server::{ErrorResponse, Request, Response};
 use tungstenite::http::HeaderValue;
 use tungstenite::protocol::WebSocketConfig;
@@ -53,7 +53,7 @@ impl Channel {
 /// What goes to a client.
 enum News {
     Channel(Channel),
-    Data { channel: u16, time_ns: u64, json: Arc<[u8]> },
+    Data { channel: u16, time_ns: u64, json: Arc<[u8]>, arrived: Instant },
 }
 
 /// Topics and clients.
@@ -68,6 +68,8 @@ pub struct Server {
     hub: Arc<Mutex<Hub>>,
     /// Where it listens.
     pub at: SocketAddr,
+    /// When the bytes arrived of which messages are made from here on.
+    pub arrived: Instant,
     pub counts: Arc<Counts>,
 }
 
@@ -89,7 +91,7 @@ impl Server {
                 std::thread::spawn(move || serve(stream, &hub, &counts));
             }
         });
-        Ok(Self { hub, at, counts })
+        Ok(Self { hub, at, arrived: Instant::now(), counts })
     }
 }
 
@@ -107,11 +109,11 @@ impl Sink for Server {
     fn message(&mut self, channel: u16, time_ns: u64, json: &[u8]) -> anyhow::Result<()> {
         let json: Arc<[u8]> = json.into();
         lock(&self.hub).clients.retain(|client| {
-            let news = News::Data { channel, time_ns, json: Arc::clone(&json) };
+            let news = News::Data { channel, time_ns, json: Arc::clone(&json), arrived: self.arrived };
             match client.try_send(news) {
                 Ok(()) => true,
                 Err(TrySendError::Full(_)) => {
-                    self.counts.note(false);
+                    self.counts.note(None);
                     true
                 }
                 Err(TrySendError::Disconnected(_)) => false,
@@ -147,7 +149,10 @@ fn serve(stream: TcpStream, hub: &Mutex<Hub>, counts: &Counts) {
         stream.set_read_timeout(Some(PATIENCE))?;
         stream.set_write_timeout(Some(PATIENCE))?;
         let limits = WebSocketConfig::default().max_message_size(Some(LONGEST)).max_frame_size(Some(LONGEST));
-        let Ok(mut socket) = accept_hdr_with_config(stream, negotiate, Some(limits)) else { return Ok(()) };
+        let Ok(mut socket) = accept_hdr_with_config(stream, negotiate, Some(limits)) else {
+            counts.refuse();
+            return Ok(());
+        };
         socket.get_mut().set_read_timeout(Some(LOOK))?;
         let info = json!({
             "op": "serverInfo", "name": concat!("backseat ", env!("CARGO_PKG_VERSION")),
@@ -210,12 +215,17 @@ fn attend(socket: &mut WebSocket<TcpStream>, news: &Receiver<News>, counts: &Cou
                 Ok(Asked::Unsubscribe { subscription_ids }) => {
                     subscribed.retain(|_, id| !subscription_ids.contains(id));
                 }
-                Ok(Asked::Other) | Err(_) => {}
+                Ok(Asked::Other) | Err(_) => counts.refuse(),
             },
             Ok(Message::Close(_)) => return Ok(()),
             Ok(_) => {}
             Err(tungstenite::Error::Io(error))
                 if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut) => {}
+            // longer than it may be, or no WebSocket's
+            Err(error @ (tungstenite::Error::Capacity(_) | tungstenite::Error::Protocol(_))) => {
+                counts.refuse();
+                return Err(error);
+            }
             Err(error) => return Err(error),
         }
         loop {
@@ -224,7 +234,7 @@ fn attend(socket: &mut WebSocket<TcpStream>, news: &Receiver<News>, counts: &Cou
                 // let go, for it did not keep up
                 Err(TryRecvError::Disconnected) => return Ok(()),
                 Ok(News::Channel(channel)) => advertise(socket, &[channel])?,
-                Ok(News::Data { channel, time_ns, json }) => {
+                Ok(News::Data { channel, time_ns, json, arrived }) => {
                     let Some(id) = subscribed.get(&channel) else { continue };
                     let mut data = Vec::with_capacity(13 + json.len());
                     data.push(1);
@@ -232,7 +242,7 @@ fn attend(socket: &mut WebSocket<TcpStream>, news: &Receiver<News>, counts: &Cou
                     data.extend(time_ns.to_le_bytes());
                     data.extend_from_slice(&json);
                     let sent = socket.send(Message::binary(data));
-                    counts.note(sent.is_ok());
+                    counts.note(sent.is_ok().then_some(arrived));
                     sent?;
                 }
             }
@@ -277,6 +287,33 @@ mod tests {
         assert_eq!(&data[..], [&[1, 7, 0, 0, 0, 2, 1, 0, 0, 0, 0, 0, 0][..], b"{\"x\":1}"].concat());
     }
 
+    /// Bytes that are no WebSocket, a message that is none of the protocol's, one of a length that nobody has: each is
+    /// counted, and the next client is served.
+    #[test]
+    fn who_lies_is_let_go_and_counted() {
+        use std::io::Write;
+        let server = Server::open("127.0.0.1:0".parse().unwrap()).unwrap();
+        let refused = |count| {
+            while server.counts.read()[2] < count {
+                std::thread::sleep(LOOK);
+            }
+        };
+        TcpStream::connect(server.at).unwrap().write_all(&[0xA5; 4096]).unwrap();
+        refused(1);
+        let open = || {
+            let mut request = format!("ws://{}", server.at).into_client_request().unwrap();
+            request.headers_mut().insert("Sec-WebSocket-Protocol", HeaderValue::from_static(PROTOCOLS[0]));
+            tungstenite::client(request, TcpStream::connect(server.at).unwrap()).unwrap().0
+        };
+        let mut client = open();
+        client.send(Message::text("{\"op\": \"nonsense\"}")).unwrap();
+        refused(2);
+        // a text of 2^62 bytes, masked
+        client.get_mut().write_all(&[0x81, 0xFF, 0x40, 0, 0, 0, 0, 0, 0, 0, 1, 2, 3, 4]).unwrap();
+        refused(3);
+        assert!(open().read().unwrap().to_text().unwrap().contains("serverInfo"));
+    }
+
     #[test]
     fn who_does_not_read_loses_messages_and_holds_nobody_up() {
         let mut server = Server::open("127.0.0.1:0".parse().unwrap()).unwrap();
@@ -285,6 +322,6 @@ mod tests {
         for _ in 0..10 {
             server.message(1, 0, b"{}").unwrap();
         }
-        assert_eq!(server.counts.read(), [0, 9]);
+        assert_eq!(server.counts.read(), [0, 9, 0]);
     }
 }

@@ -1,7 +1,8 @@
 //! IMC over UDP: who the vehicle is, that it lives, and where it believes to be
 //! (Inter-Module Communication, LSTS; message numbers and fields of its XML, version 5.4).
 
-use super::{Counts, Place};
+use super::Place;
+use super::counts::Counts;
 use anyhow::Context;
 use std::net::{SocketAddr, UdpSocket};
 
@@ -38,21 +39,21 @@ impl Sender {
 
     /// A record, and from time to time who sends it.
     pub fn send(&mut self, place: &Place<'_>) {
-        let now_s = place.utc_s;
+        let now_s = place.utc_s();
         if (now_s - self.announced_s).abs() >= ANNOUNCE_S {
             self.announced_s = now_s;
-            self.put(now_s, ANNOUNCE, &announce(&self.name, place));
+            self.put(place, ANNOUNCE, &announce(&self.name, place));
         }
         if (now_s - self.beaten_s).abs() >= HEARTBEAT_S {
             self.beaten_s = now_s;
-            self.put(now_s, HEARTBEAT, &[]);
+            self.put(place, HEARTBEAT, &[]);
         }
-        self.put(now_s, ESTIMATED_STATE, &estimated_state(place));
+        self.put(place, ESTIMATED_STATE, &estimated_state(place));
     }
 
-    fn put(&self, utc_s: f64, message: u16, payload: &[u8]) {
-        let sent = self.socket.send_to(&packet(utc_s, self.id, message, payload), self.to);
-        self.counts.note(sent.is_ok());
+    fn put(&self, place: &Place<'_>, message: u16, payload: &[u8]) {
+        let sent = self.socket.send_to(&packet(place.utc_s(), self.id, message, payload), self.to);
+        self.counts.note(sent.is_ok().then_some(place.arrived));
     }
 }
 
@@ -126,16 +127,16 @@ fn estimated_state(place: &Place<'_>) -> Vec<u8> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::tests::telemetry;
+    use super::super::tests::{place, telemetry};
     use super::*;
 
     /// Offsets of EstimatedState's fields by IMC's XML; heading of 90 degrees, so that ahead is east.
     #[test]
     fn an_estimated_state_has_its_fields_where_imc_has_them() {
         let telemetry = telemetry();
-        let place = Place { telemetry: &telemetry, utc_s: 1.5, position_deg: [41.0, 2.0], origin_deg: [45.0, 90.0] };
+        let place = place(&telemetry);
         let payload = estimated_state(&place);
-        let packet = packet(place.utc_s, 0x2001, ESTIMATED_STATE, &payload);
+        let packet = packet(place.utc_s(), 0x2001, ESTIMATED_STATE, &payload);
         assert_eq!((packet.len(), payload.len()), (20 + 88 + 2, 88));
         assert_eq!(packet[..6], [0x54, 0xFE, 0x5E, 0x01, 88, 0]);
         let double = |at: usize| f64::from_le_bytes(packet[at..at + 8].try_into().unwrap());

@@ -1,43 +1,65 @@
 //! `backseat bridge`: a board live, for the programs that a laboratory runs.
 
+mod commands;
+mod counts;
 mod foxglove;
 mod imc;
 mod moos;
+#[cfg(not(feature = "ros2"))]
+#[path = "no_ros2.rs"]
+mod ros2;
+#[cfg(feature = "ros2")]
+mod ros2;
 
-use crate::decode::{Decoding, Found, What};
+use crate::board::KeySource;
+use crate::decode::{Decoding, EventKind, Found, What};
 use crate::foxglove::Topics;
 use crate::monitor::{Link, Model, News};
-use anyhow::{Context, ensure};
+use anyhow::{Context, anyhow, ensure};
 use backseat_app::LocalFrame;
+use backseat_app::parameters::Settings;
 use backseat_link::board::PortName;
 use backseat_logs::session::{Entry, Event};
 use backseat_report::console;
 use backseat_wire::hostlink::{Mode, Port, Telemetry};
+use commands::Commands;
+use counts::Counts;
 use serde_json::{Map, Value, json};
-use std::net::SocketAddr;
+use std::fmt;
+use std::net::{IpAddr, SocketAddr};
+use std::path::PathBuf;
+use std::str::FromStr;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::Receiver;
 use std::time::{Duration, Instant, SystemTime};
 
 const EXAMPLES: &str = "\
 Examples:
   backseat bridge /dev/ttyACM0 --foxglove 127.0.0.1:8765
   backseat bridge /dev/ttyACM0 --imc 224.0.75.69:30100 --name backseat
+  backseat bridge /dev/ttyACM0 --ros2 0 --name auv
   backseat bridge /dev/ttyACM0 --moos 127.0.0.1:9000 --for 600
+  backseat bridge /dev/ttyACM0 --moos 127.0.0.1:9000 --accept --key board.key
 
 PORT is the board's host port, or the one that `backseat sim run --realtime` names. The bridge asks the board for its
-parameters and changes nothing; it may come, go and die at any time. Other commands reach the board through the port that
-it prints first.
+parameters and, without --accept, changes nothing; it may come, go and die at any time. Other commands reach the board
+through the port that it prints first.
 
 Foxglove: Open connection, Foxglove WebSocket, ws://127.0.0.1:8765; the layout is that of `backseat export --foxglove`.
 IMC: Announce, Heartbeat and EstimatedState over UDP, which Neptus draws. MOOS: NAV_X (east), NAV_Y (north), NAV_LAT,
 NAV_LONG, NAV_DEPTH, NAV_SPEED, NAV_HEADING, NAV_PITCH, NAV_ROLL in a MOOSDB, in MOOS' units (m, degrees of heading, rad of
-pitch and roll). Times are the board's UTC; this computer's before the board knows it.";
+pitch and roll). ROS 2: /NAME/odom, /NAME/water_velocity, /NAME/pressure, /diagnostics, /tf; needs a release's archive
+or a build with `--features ros2`. Times are the board's UTC; this computer's before the board knows it.
+
+With --accept whoever reaches the MOOSDB or the ROS 2 domain commands the board: the string BACKSEAT_MISSION, or
+/NAME/mission (std_msgs/String), is `start`, `stop` or the text of a mission file. BACKSEAT_ANSWER and /NAME/answer say
+what became of it.";
 
 /// How often the port is looked at.
 const POLL: Duration = Duration::from_millis(5);
 
-/// Publish a board's state live: Foxglove, IMC (Neptus), MOOS
+/// Publish a board's state live: Foxglove, ROS 2, MOOS, IMC (Neptus)
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Args {
@@ -52,7 +74,16 @@ pub struct Args {
     /// Connect to this MOOSDB
     #[arg(long, value_name = "IP:PORT")]
     moos: Option<SocketAddr>,
-    /// The vehicle's name, for IMC and MOOS
+    /// Join this domain of ROS 2, on every network or on the one of this address
+    #[arg(long, value_name = "DOMAIN[@IP]")]
+    ros2: Option<Domain>,
+    /// Take missions, starts and stops from MOOS and ROS 2
+    #[arg(long)]
+    accept: bool,
+    /// With --accept: file with the board's key, if it has one; `-`: asked for
+    #[arg(long, value_name = "FILE", requires = "accept")]
+    key: Option<PathBuf>,
+    /// The vehicle's name, for ROS 2, IMC and MOOS
     #[arg(long, default_value = "backseat")]
     name: String,
     /// The vehicle's number in IMC
@@ -66,22 +97,29 @@ pub struct Args {
     json: bool,
 }
 
-/// What one side has got, and what it has not because it did not keep up.
-#[derive(Default)]
-pub struct Counts {
-    sent: AtomicU64,
-    dropped: AtomicU64,
+/// A domain of ROS 2, and the address of the one network where it is looked for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Domain {
+    id: u16,
+    address: Option<IpAddr>,
 }
 
-impl Counts {
-    /// One message was sent, or was not.
-    pub fn note(&self, sent: bool) {
-        let count = if sent { &self.sent } else { &self.dropped };
-        count.fetch_add(1, Ordering::Relaxed);
-    }
+impl FromStr for Domain {
+    type Err = String;
 
-    fn read(&self) -> [u64; 2] {
-        [&self.sent, &self.dropped].map(|count| count.load(Ordering::Relaxed))
+    fn from_str(text: &str) -> Result<Self, String> {
+        let (id, address) = text.split_once('@').map_or((text, None), |(id, address)| (id, Some(address)));
+        // above 232 the ports of RTPS end
+        let id = id.parse().ok().filter(|id| *id <= 232).ok_or("expected the number of a domain, 0 to 232")?;
+        let address = address.map(str::parse).transpose().map_err(|_| "expected an address behind the @")?;
+        Ok(Self { id, address })
+    }
+}
+
+impl fmt::Display for Domain {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}", self.id)?;
+        self.address.map_or(Ok(()), |address| write!(f, "@{address}"))
     }
 }
 
@@ -89,12 +127,31 @@ impl Counts {
 pub struct Place<'a> {
     /// The record.
     pub telemetry: &'a Telemetry,
-    /// UTC, s since 1970.
-    pub utc_s: f64,
+    /// UTC since 1970, µs.
+    pub utc_us: u64,
+    /// When its bytes were read.
+    pub arrived: Instant,
+    /// Density of the water, as the board takes it.
+    #[cfg_attr(not(feature = "ros2"), expect(dead_code, reason = "for a pressure of ROS 2"))]
+    pub density_kg_per_m3: f64,
     /// Latitude and longitude, degrees.
     pub position_deg: [f64; 2],
     /// The origin of x and y, degrees.
     pub origin_deg: [f64; 2],
+}
+
+impl Place<'_> {
+    /// UTC since 1970, s.
+    fn utc_s(&self) -> f64 {
+        self.utc_us as f64 * 1e-6
+    }
+}
+
+/// What of the board's settings the sides need.
+#[derive(Clone, Copy)]
+struct Setting {
+    frame: LocalFrame,
+    density_kg_per_m3: f64,
 }
 
 /// The sides that were asked for.
@@ -102,12 +159,25 @@ struct Sides {
     foxglove: Option<Topics<foxglove::Server>>,
     imc: Option<imc::Sender>,
     moos: Option<moos::Client>,
+    ros2: Option<ros2::Node>,
+    commands: Option<(Commands, Receiver<String>)>,
 }
 
 impl Sides {
-    fn open(args: &Args) -> anyhow::Result<Self> {
-        let Args { foxglove, imc, moos, name, imc_id, .. } = args;
-        ensure!(foxglove.or(*imc).or(*moos).is_some(), "where to? Give --foxglove, --imc or --moos");
+    /// The shared port is where commands reach the board.
+    fn open(args: &Args, shared: &str) -> anyhow::Result<Self> {
+        let Args { foxglove, imc, moos, ros2, name, imc_id, accept, .. } = args;
+        ensure!(
+            foxglove.or(*imc).or(*moos).is_some() || ros2.is_some(),
+            "where to? Give --foxglove, --ros2, --moos or --imc"
+        );
+        ensure!(!accept || moos.is_some() || ros2.is_some(), "--accept: missions come by --moos or --ros2");
+        let commands = if *accept {
+            let key = KeySource::of(args.key.as_deref()).read("the board's key")?;
+            Some(Commands::open(shared.parse::<PortName>().map_err(|why| anyhow!(why))?, key))
+        } else {
+            None
+        };
         let foxglove = foxglove.map(foxglove::Server::open).transpose()?;
         if let Some(server) = &foxglove {
             eprintln!("bridge: Foxglove at ws://{}", server.at);
@@ -115,24 +185,36 @@ impl Sides {
         Ok(Self {
             foxglove: foxglove.map(|server| Topics::new(server, 0)),
             imc: imc.map(|to| imc::Sender::open(to, name, *imc_id)).transpose()?,
-            moos: moos.map(|to| moos::Client::open(to, name)),
+            moos: moos.map(|to| moos::Client::open(to, name, commands.as_ref().map(|(commands, _)| commands.clone()))),
+            ros2: ros2.map(|domain| ros2::Node::open(domain, name, *accept)).transpose()?,
+            commands,
         })
     }
 
-    fn take(&mut self, found: &Found<'_>, frame: LocalFrame, utc_us: u64) -> anyhow::Result<()> {
+    fn take(&mut self, found: &Found<'_>, setting: Setting, utc_us: u64, arrived: Instant) -> anyhow::Result<()> {
+        let Setting { frame, density_kg_per_m3 } = setting;
         if let Some(topics) = &mut self.foxglove {
             let offset_us = i64::try_from(utc_us).unwrap_or(0) - i64::try_from(found.time_us).unwrap_or(0);
             topics.zero_ns = offset_us.saturating_mul(1000);
+            topics.sink.arrived = arrived;
             topics.take(found, frame)?;
         }
+        if let (Some(node), What::Event(EventKind::Naming, statement)) = (&mut self.ros2, &found.what) {
+            node.name_causes(statement);
+        }
         let What::Telemetry(telemetry) = found.what else { return Ok(()) };
+        if let Some(node) = &mut self.ros2 {
+            node.diagnose(telemetry, utc_us, arrived);
+        }
         if telemetry.mode == Mode::Initialising {
             return Ok(());
         }
         let degrees = |(latitude, longitude): (f64, f64)| [latitude, longitude];
         let place = Place {
             telemetry,
-            utc_s: utc_us as f64 * 1e-6,
+            utc_us,
+            arrived,
+            density_kg_per_m3,
             position_deg: degrees(frame.to_geodetic([telemetry.state[0], telemetry.state[1]])),
             origin_deg: degrees(frame.to_geodetic([0.0, 0.0])),
         };
@@ -142,15 +224,35 @@ impl Sides {
         if let Some(moos) = &mut self.moos {
             moos.send(&place);
         }
+        if let Some(node) = &self.ros2 {
+            node.send(&place);
+        }
         Ok(())
     }
 
-    /// Name, and counts.
-    fn counts(&self) -> Vec<(&'static str, [u64; 2])> {
-        let foxglove = self.foxglove.as_ref().map(|topics| ("foxglove", topics.sink.counts.read()));
-        let imc = self.imc.as_ref().map(|imc| ("imc", imc.counts.read()));
-        let moos = self.moos.as_ref().map(|moos| ("moos", moos.counts.read()));
-        [foxglove, imc, moos].into_iter().flatten().collect()
+    /// Hears what is asked of the board, and says what became of it.
+    fn attend(&mut self, utc_s: f64) {
+        let Some((commands, answers)) = &self.commands else { return };
+        if let Some(node) = &mut self.ros2 {
+            node.attend(commands);
+        }
+        for answer in answers.try_iter() {
+            if let Some(moos) = &self.moos {
+                moos.answer(&answer, utc_s);
+            }
+            if let Some(node) = &self.ros2 {
+                node.answer(answer);
+            }
+        }
+    }
+
+    /// Names, and counts.
+    fn counts(&self) -> Vec<(&'static str, &Counts)> {
+        let foxglove = self.foxglove.as_ref().map(|topics| ("foxglove", &*topics.sink.counts));
+        let imc = self.imc.as_ref().map(|imc| ("imc", &imc.counts));
+        let moos = self.moos.as_ref().map(|moos| ("moos", &*moos.counts));
+        let ros2 = self.ros2.as_ref().map(|node| ("ros2", node.counts()));
+        [foxglove, imc, moos, ros2].into_iter().flatten().collect()
     }
 }
 
@@ -158,17 +260,19 @@ impl Sides {
 fn utc_us(found: &Found<'_>) -> u64 {
     match found.what {
         What::Telemetry(telemetry) if telemetry.utc_us > 0 => telemetry.utc_us,
-        _ => {
-            let now = SystemTime::UNIX_EPOCH.elapsed().unwrap_or_default();
-            u64::try_from(now.as_micros()).unwrap_or(0)
-        }
+        _ => u64::try_from(now().as_micros()).unwrap_or(0),
     }
+}
+
+/// This computer's time since 1970.
+fn now() -> Duration {
+    SystemTime::UNIX_EPOCH.elapsed().unwrap_or_default()
 }
 
 /// Bridges until Ctrl-C or the time is over.
 pub fn run(args: &Args) -> anyhow::Result<()> {
     let mut link = Link::open(&args.port)?;
-    let mut sides = Sides::open(args)?;
+    let mut sides = Sides::open(args, link.shared())?;
     let stop = Arc::new(AtomicBool::new(false));
     let flag = Arc::clone(&stop);
     ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed)).context("signal handler")?;
@@ -181,6 +285,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         let now_us = u64::try_from(begun.elapsed().as_micros()).unwrap_or(u64::MAX);
         let mut bytes = Vec::new();
         let heard = link.poll(now_us, &mut bytes);
+        let arrived = Instant::now();
         model.receive(now_us, &bytes);
         let asked = model.question(now_us).and_then(|question| link.send(now_us, &question));
         for news in [heard, asked].into_iter().flatten() {
@@ -193,16 +298,23 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
                 }
             }
         }
-        let frame = model.settings().map_or_else(|| decoding.frame(), |settings| crate::decode::frame(&settings.app));
+        let setting = model.settings().map_or_else(
+            || Setting { frame: decoding.frame(), density_kg_per_m3: Settings::DEFAULT.vehicle.rho_kg_per_m3 },
+            |settings| Setting {
+                frame: crate::decode::frame(&settings.app),
+                density_kg_per_m3: settings.vehicle.rho_kg_per_m3,
+            },
+        );
         let mut outcome = Ok(());
         let entry = Entry { time_us: model.board_us(now_us), event: Event::Sent { port: Port::Host, bytes } };
         decoding.take(&entry, &mut |found| {
             records += u64::from(matches!(found.what, What::Telemetry(_)));
             if outcome.is_ok() {
-                outcome = sides.take(&found, frame, utc_us(&found));
+                outcome = sides.take(&found, setting, utc_us(&found), arrived);
             }
         });
         outcome?;
+        sides.attend(now().as_secs_f64());
         std::thread::sleep(POLL);
     }
     say(args, records, &sides)
@@ -211,16 +323,12 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
 fn say(args: &Args, records: u64, sides: &Sides) -> anyhow::Result<()> {
     let counts = sides.counts();
     if args.json {
-        let side =
-            |(name, [sent, dropped]): (&str, [u64; 2])| (name.to_owned(), json!({"sent": sent, "dropped": dropped}));
-        let sides: Map<String, Value> = counts.into_iter().map(side).collect();
+        let sides: Map<String, Value> =
+            counts.into_iter().map(|(name, counts)| (name.to_owned(), counts.json())).collect();
         return console::print(format!("{}\n", json!({"telemetry_records": records, "sides": sides})).as_bytes());
     }
-    let mut text = format!("{records} telemetry records\n");
-    for (name, [sent, dropped]) in counts {
-        text += &format!("{name}: {sent} messages sent, {dropped} dropped\n");
-    }
-    console::print(text.as_bytes())
+    let sides: String = counts.into_iter().map(|(name, counts)| format!("{name}: {counts}\n")).collect();
+    console::print(format!("{records} telemetry records\n{sides}").as_bytes())
 }
 
 #[cfg(test)]
@@ -247,10 +355,30 @@ mod tests {
         }
     }
 
+    pub fn place(telemetry: &Telemetry) -> Place<'_> {
+        Place {
+            telemetry,
+            utc_us: 1_500_000,
+            arrived: Instant::now(),
+            density_kg_per_m3: 1025.0,
+            position_deg: [41.0, 2.0],
+            origin_deg: [45.0, 90.0],
+        }
+    }
+
+    #[test]
+    fn a_domain_is_a_number_and_perhaps_an_address() {
+        assert_eq!("7".parse(), Ok(Domain { id: 7, address: None }));
+        assert_eq!("0@127.0.0.1".parse(), Ok(Domain { id: 0, address: Some(IpAddr::from([127, 0, 0, 1])) }));
+        for wrong in ["", "233", "-1", "0@", "0@lo"] {
+            assert!(wrong.parse::<Domain>().is_err(), "{wrong}");
+        }
+    }
+
     #[test]
     fn a_bridge_to_nowhere_says_what_is_missing() {
         let args = <Parsed as clap::Parser>::try_parse_from(["bridge", "/dev/null"]).unwrap().args;
-        let Err(error) = Sides::open(&args) else { panic!("nobody was named") };
+        let Err(error) = Sides::open(&args, "/dev/null") else { panic!("nobody was named") };
         assert!(error.to_string().contains("--foxglove"), "{error}");
     }
 

@@ -1,12 +1,14 @@
-//! A client of MOOSDB, as the board's navigation (themoos/core-moos, `CMOOSCommPkt`, `CMOOSMsg`): synchronous, it sends
-//! and registers for nothing.
+//! A client of MOOSDB, as the board's navigation (themoos/core-moos, `CMOOSCommPkt`, `CMOOSMsg`): synchronous, it
+//! sends, and registers for [`MISSION`] where missions are accepted.
 
-use super::{Counts, Place};
+use super::Place;
+use super::commands::Commands;
+use super::counts::Counts;
 use std::io::{self, Read, Write};
 use std::net::{SocketAddr, TcpStream};
 use std::sync::Arc;
-use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
-use std::time::Duration;
+use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
+use std::time::{Duration, Instant};
 
 /// What a client says first, in 32 bytes.
 const PROTOCOL: &[u8] = b"ELKS CAN'T DANCE 2/8/10";
@@ -18,6 +20,13 @@ const PATIENCE: Duration = Duration::from_secs(2);
 const RETRY: Duration = Duration::from_secs(1);
 /// Longest answer, bytes.
 const LONGEST: usize = 1 << 20;
+/// The variable that holds what is asked of the board, and the one that says what became of it.
+const MISSION: &str = "BACKSEAT_MISSION";
+const ANSWER: &str = "BACKSEAT_ANSWER";
+/// Mail comes as the answer to a packet: while there is nothing to send, an empty one goes this often.
+const LOOK: Duration = Duration::from_millis(200);
+/// Where nothing comes back, nothing is looked for.
+const FOR_EVER: Duration = Duration::MAX;
 
 /// Value of a variable.
 enum Value {
@@ -27,24 +36,24 @@ enum Value {
 
 /// Sends from a thread of its own, so that a database that stalls holds nothing up.
 pub struct Client {
-    queue: SyncSender<Vec<u8>>,
+    queue: SyncSender<(Vec<u8>, Instant)>,
     name: String,
     pub counts: Arc<Counts>,
 }
 
 impl Client {
-    /// Looks for the database until it is there.
-    pub fn open(to: SocketAddr, name: &str) -> Self {
+    /// Looks for the database until it is there; hands on what is asked.
+    pub fn open(to: SocketAddr, name: &str, commands: Option<Commands>) -> Self {
         let (queue, packets) = sync_channel(QUEUE);
         let counts = Arc::<Counts>::default();
         let (theirs, own) = (name.to_owned(), Arc::clone(&counts));
-        std::thread::spawn(move || serve(to, &theirs, &packets, &own));
+        std::thread::spawn(move || serve(to, &theirs, &packets, commands.as_ref(), &own));
         Self { queue, name: name.to_owned(), counts }
     }
 
     /// A record, as MOOS' variables: x east, y north, headings in degrees, yaw counter-clockwise from north, rad.
     pub fn send(&mut self, place: &Place<'_>) {
-        let Place { telemetry, position_deg, utc_s, .. } = place;
+        let Place { telemetry, position_deg, .. } = place;
         let [north, east, depth, roll, pitch, heading, u, v, ..] = telemetry.state;
         let [latitude, longitude] = *position_deg;
         let [level_m, _] = telemetry.level_m;
@@ -64,25 +73,65 @@ impl Client {
             ("BACKSEAT_MODE", Value::Text(crate::monitor::words::mode_name(telemetry.mode).to_owned())),
         ];
         let messages: Vec<_> =
-            values.iter().map(|(key, value)| message(b'N', &self.name, key, *utc_s, value)).collect();
-        if self.queue.try_send(packet(&messages)).is_err() {
-            self.counts.note(false);
+            values.iter().map(|(key, value)| message(b'N', &self.name, key, place.utc_s(), value)).collect();
+        self.put(&messages, place.arrived);
+    }
+
+    /// What became of what was asked.
+    pub fn answer(&self, text: &str, utc_s: f64) {
+        self.put(&[message(b'N', &self.name, ANSWER, utc_s, &Value::Text(text.to_owned()))], Instant::now());
+    }
+
+    fn put(&self, messages: &[Vec<u8>], arrived: Instant) {
+        if self.queue.try_send((packet(messages), arrived)).is_err() {
+            self.counts.note(None);
         }
     }
 }
 
-fn serve(to: SocketAddr, name: &str, packets: &Receiver<Vec<u8>>, counts: &Counts) {
+fn serve(
+    to: SocketAddr,
+    name: &str,
+    packets: &Receiver<(Vec<u8>, Instant)>,
+    commands: Option<&Commands>,
+    counts: &Counts,
+) {
     let mut known = None;
     loop {
-        let outcome = connect(to, name).and_then(|mut socket| {
+        let connected = connect(to, name).and_then(|mut socket| {
+            if commands.is_some() {
+                register(&mut socket, name)?;
+            }
+            Ok(socket)
+        });
+        let outcome = connected.and_then(|mut socket| {
             if known.replace(true) != Some(true) {
                 eprintln!("bridge: MOOSDB at {to}");
             }
             loop {
-                let Ok(packet) = packets.recv() else { return Ok(()) };
-                socket.write_all(&packet)?;
-                answer(&mut socket)?;
-                counts.note(true);
+                let next = packets.recv_timeout(if commands.is_some() { LOOK } else { FOR_EVER });
+                let (packet, arrived) = match next {
+                    Ok((packet, arrived)) => (packet, Some(arrived)),
+                    Err(RecvTimeoutError::Timeout) => {
+                        (packet(&[message(b'.', name, "", 0.0, &Value::Real(0.0))]), None)
+                    }
+                    Err(RecvTimeoutError::Disconnected) => return Ok(()),
+                };
+                let answered = socket.write_all(&packet).and_then(|()| answer(&mut socket));
+                if let Some(arrived) = arrived {
+                    counts.note(answered.is_ok().then_some(arrived));
+                }
+                let answered = answered.inspect_err(|error| {
+                    if error.kind() == io::ErrorKind::InvalidData {
+                        counts.refuse();
+                    }
+                })?;
+                let Some(commands) = commands else { continue };
+                for asked in mail(&answered).inspect_err(|_| counts.refuse())? {
+                    if !commands.offer("MOOS", asked) {
+                        counts.refuse();
+                    }
+                }
             }
         });
         let Err(error) = outcome else { return };
@@ -91,6 +140,13 @@ fn serve(to: SocketAddr, name: &str, packets: &Receiver<Vec<u8>>, counts: &Count
         }
         std::thread::sleep(RETRY);
     }
+}
+
+/// Asks for what others want of the board. The answer holds what was wanted before, perhaps by a start of yesterday:
+/// that is passed over.
+fn register(socket: &mut TcpStream, name: &str) -> io::Result<()> {
+    socket.write_all(&packet(&[message(b'R', name, MISSION, 0.0, &Value::Real(0.0))]))?;
+    answer(socket).map(drop)
 }
 
 /// Connects and says who this is.
@@ -117,11 +173,52 @@ fn answer(socket: &mut TcpStream) -> io::Result<Vec<u8>> {
     socket.read_exact(&mut length)?;
     let length = u32::from_le_bytes(length) as usize;
     if !(9..=LONGEST).contains(&length) {
-        return Err(io::Error::other("not a packet of MOOS"));
+        return Err(no_packet());
     }
     let mut rest = vec![0; length - 4];
     socket.read_exact(&mut rest)?;
     Ok(rest)
+}
+
+fn no_packet() -> io::Error {
+    io::Error::new(io::ErrorKind::InvalidData, "not a packet of MOOS")
+}
+
+/// What of a packet is asked of the board.
+fn mail(packet: &[u8]) -> io::Result<Vec<&[u8]>> {
+    read_mail(packet).ok_or_else(no_packet)
+}
+
+/// As written by [`packet`] and [`message`], but for the packet's length.
+fn read_mail(packet: &[u8]) -> Option<Vec<&[u8]>> {
+    fn number(from: &mut &[u8]) -> Option<usize> {
+        let (number, rest) = from.split_first_chunk()?;
+        *from = rest;
+        usize::try_from(u32::from_le_bytes(*number)).ok()
+    }
+    fn text<'a>(from: &mut &'a [u8]) -> Option<&'a [u8]> {
+        let length = number(from)?;
+        let (text, rest) = from.split_at_checked(length)?;
+        *from = rest;
+        Some(text)
+    }
+    let mut rest = packet;
+    let count = number(&mut rest)?;
+    rest = rest.get(1..)?;
+    let mut asked = Vec::new();
+    for _ in 0..count {
+        let (mut message, others) = rest.split_at_checked(u32::from_le_bytes(*rest.first_chunk()?) as usize)?;
+        rest = others;
+        let [kind, data] = *message.get(8..10)?.first_chunk()?;
+        message = &message[10..];
+        let [_source, _aux, _community, key] =
+            [text(&mut message)?, text(&mut message)?, text(&mut message)?, text(&mut message)?];
+        message = message.get(24..)?;
+        if (kind, data, key) == (b'N', b'S', MISSION.as_bytes()) {
+            asked.push(text(&mut message)?);
+        }
+    }
+    Some(asked)
 }
 
 /// Length, number of messages, not compressed, messages.
@@ -158,7 +255,7 @@ fn message(kind: u8, source: &str, key: &str, utc_s: f64, value: &Value) -> Vec<
 
 #[cfg(test)]
 mod tests {
-    use super::super::tests::telemetry;
+    use super::super::tests::{place, telemetry};
     use super::*;
     use std::net::TcpListener;
 
@@ -166,22 +263,27 @@ mod tests {
         answer(socket).unwrap()
     }
 
+    /// The database's side of the greeting.
+    fn welcome(listener: &TcpListener) -> TcpStream {
+        let (mut socket, _) = listener.accept().unwrap();
+        let mut greeting = [0; 32];
+        socket.read_exact(&mut greeting).unwrap();
+        assert!(greeting.starts_with(PROTOCOL));
+        let name = read_packet(&mut socket);
+        assert!(name.ends_with(b"\x03\0\0\0auv"), "{name:?}");
+        socket.write_all(&packet(&[message(b'W', "", "", 0.0, &Value::Text("asynchronous".to_owned()))])).unwrap();
+        socket
+    }
+
     /// A database that welcomes, takes a packet and goes; the client comes back.
     #[test]
     fn a_client_survives_a_database_that_goes() {
         let listener = TcpListener::bind("127.0.0.1:0").unwrap();
-        let mut client = Client::open(listener.local_addr().unwrap(), "auv");
+        let mut client = Client::open(listener.local_addr().unwrap(), "auv", None);
         let telemetry = telemetry();
-        let place = Place { telemetry: &telemetry, utc_s: 1.5, position_deg: [41.0, 2.0], origin_deg: [0.0; 2] };
+        let place = place(&telemetry);
         for connection in 0..2 {
-            let (mut socket, _) = listener.accept().unwrap();
-            let mut greeting = [0; 32];
-            socket.read_exact(&mut greeting).unwrap();
-            assert!(greeting.starts_with(PROTOCOL));
-            let name = read_packet(&mut socket);
-            assert!(name.ends_with(b"\x03\0\0\0auv"), "{name:?}");
-            let welcome = packet(&[message(b'W', "", "", 0.0, &Value::Text("asynchronous".to_owned()))]);
-            socket.write_all(&welcome).unwrap();
+            let mut socket = welcome(&listener);
             client.send(&place);
             let packet = read_packet(&mut socket);
             assert_eq!(packet[..5], [13, 0, 0, 0, 0], "connection {connection}: thirteen variables");
@@ -189,6 +291,75 @@ mod tests {
             let key = packet.windows(5).position(|part| part == b"NAV_X").unwrap();
             assert_eq!(packet[key + 13..key + 21], 20.0_f64.to_le_bytes());
         }
+    }
+
+    #[test]
+    fn what_is_asked_is_handed_on_once_and_never_what_was_asked_before() {
+        let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+        let (commands, asked) = Commands::kept();
+        let client = Client::open(listener.local_addr().unwrap(), "auv", Some(commands));
+        let mut socket = welcome(&listener);
+        let mail = |text: &str| message(b'N', "pHelm", MISSION, 0.0, &Value::Text(text.to_owned()));
+        let registered = read_packet(&mut socket);
+        assert_eq!((registered[13], registered.ends_with(&[0; 4])), (b'R', true));
+        socket.write_all(&packet(&[mail("start")])).unwrap();
+        read_packet(&mut socket);
+        let other = message(b'N', "pHelm", "DESIRED_SPEED", 0.0, &Value::Real(1.0));
+        let number = message(b'N', "pHelm", MISSION, 0.0, &Value::Real(1.0));
+        let too_long = mail(&"x".repeat(70_000));
+        socket.write_all(&packet(&[other, number, too_long, mail("stop")])).unwrap();
+        assert_eq!(asked.recv().unwrap(), ("MOOS", "stop".to_owned()));
+        read_packet(&mut socket);
+        assert_eq!((asked.try_recv().is_err(), client.counts.read()), (true, [0, 0, 1]));
+    }
+
+    /// Lengths and counts that are not so, a packet that is cut off, bytes at random: each is counted, and the client
+    /// comes back.
+    #[test]
+    fn a_database_that_lies_is_left_and_looked_for_again() {
+        let good = packet(&[message(b'N', "a", MISSION, 0.0, &Value::Text("stop".to_owned()))]);
+        let lie = |at: usize, bytes: [u8; 4]| {
+            let mut packet = good.clone();
+            packet[at..at + 4].copy_from_slice(&bytes);
+            packet
+        };
+        let huge = u32::MAX.to_le_bytes();
+        let text_length = good.len() - 8;
+        let lies = [
+            lie(0, huge),
+            lie(0, [0; 4]),
+            lie(4, huge),
+            lie(9, huge),
+            lie(19, huge),
+            lie(text_length, huge),
+            vec![7; 64],
+        ];
+        let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+        let (commands, asked) = Commands::kept();
+        let client = Client::open(listener.local_addr().unwrap(), "auv", Some(commands));
+        for lie in &lies {
+            let mut socket = welcome(&listener);
+            read_packet(&mut socket);
+            socket.write_all(&packet(&[])).unwrap();
+            read_packet(&mut socket);
+            socket.write_all(lie).unwrap();
+        }
+        welcome(&listener);
+        assert_eq!((client.counts.read(), asked.try_recv().is_err()), ([0, 0, lies.len() as u64], true));
+    }
+
+    #[test]
+    fn a_database_that_does_not_read_holds_nothing_up() {
+        let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+        let mut client = Client::open(listener.local_addr().unwrap(), "auv", None);
+        let _stalls = welcome(&listener);
+        let telemetry = telemetry();
+        let begun = Instant::now();
+        (0..200).for_each(|_| client.send(&place(&telemetry)));
+        // far less than it waits for an answer
+        assert!(begun.elapsed() < PATIENCE / 2);
+        let [sent, dropped, _] = client.counts.read();
+        assert_eq!((sent, dropped >= 200 - QUEUE as u64 - 1), (0, true));
     }
 
     /// As core-moos writes it: `CMOOSMsg(MOOS_NOTIFY, "K", 2.0, 3.0)`, length first.

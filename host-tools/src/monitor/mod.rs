@@ -6,6 +6,8 @@ mod model;
 mod view;
 
 pub use link::{Link, News};
+#[cfg(feature = "ros2")]
+pub use model::Severity;
 pub use model::{Model, words};
 
 use anyhow::{Context, bail};

@@ -37,9 +37,31 @@ use std::time::Instant;
 /// The proposed terms, and the effects that no vehicle file holds, in the report's folder.
 pub const TERMS_FILE: &str = "proposed_terms.toml";
 
+/// So many rows are diagnosed, a day at 10 Hz: the search keeps about 1 kB of each, and is to do with 2 GB.
+const MOST_ROWS: usize = 1_000_000;
+
 /// What scores are computed on.
 const HELD_OUT: &str =
     "two of every nine minutes, and the last tenth of each run, of which nothing was fitted or chosen";
+
+/// Joins logs of the same time base to the first, and leaves one run alone, counted from 1, if that is wanted.
+///
+/// # Errors
+/// There is no such run.
+pub fn gather(log: &mut Log, beside: impl Iterator<Item = Log>, run: Option<u32>) -> anyhow::Result<()> {
+    beside.for_each(|other| log.join(other));
+    if let Some(run) = run {
+        log.rows.retain(|row| row.get(Column::Run) == Some(f64::from(run)));
+        if log.rows.is_empty() {
+            bail!(
+                "{}: there is no run {run}; the notes of a diagnosis of all of them list the runs",
+                log.path.display()
+            );
+        }
+    }
+    log.keep_first(MOST_ROWS);
+    Ok(())
+}
 
 /// What a log says of the declared model.
 pub struct DiagnosisResult<'a> {

@@ -6,6 +6,7 @@ mod report;
 mod result;
 mod trial;
 
+use crate::effect::terms::Terms;
 use crate::read_log::ReadLog;
 use crate::uses::{self, Navigation};
 use backseat_core::navigation::{Area, Declared, ProcessModel};
@@ -23,6 +24,7 @@ use backseat_logs::{Log, Truth, VehicleFile};
 use backseat_report::console::Progress;
 pub use report::report;
 pub use result::{Against, Errors, Estimate, NavigationResult};
+use std::path::Path;
 use std::str::FromStr;
 use std::time::Instant;
 pub use trial::Trial;
@@ -110,6 +112,17 @@ pub fn take_out(read: &mut ReadLog, vehicle: &VehicleFile, terms: &[Proposed], e
             .notes
             .push(format!("{name} is not taken into account: the filter has no such term; `effect new` drafts it"));
     }
+}
+
+/// The same of a file of terms that a diagnosis proposed.
+///
+/// # Errors
+/// The file cannot be read, or holds what is not known.
+pub fn take_out_file(read: &mut ReadLog, vehicle: &VehicleFile, path: &Path) -> anyhow::Result<()> {
+    let file = Terms::read(path)?;
+    take_out(read, vehicle, &file.known()?, &file.effects()?);
+    read.log.notes.extend(file.effect.iter().map(|effect| format!("{} was taken out of the readings", effect.name)));
+    Ok(())
 }
 
 /// Navigates a log that was read; without a vehicle, by the built-in reference.

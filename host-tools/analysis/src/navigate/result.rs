@@ -146,6 +146,13 @@ impl NavigationResult<'_> {
         Some(VehicleFile { learnt: *run.learnt.as_deref()?, ..declared.clone() })
     }
 
+    /// What the head of its file says.
+    pub fn learnt_source(&self, declared: &VehicleFile) -> String {
+        let log = self.log.path.file_name().map_or_else(|| "a log".into(), |name| name.to_string_lossy());
+        let name = &declared.name;
+        format!("Vehicle {name} with what `backseat navigate --learn` has learnt from {log}, in section [learnt].")
+    }
+
     /// Times faster than the mission.
     pub fn rate(&self) -> f64 {
         self.log.duration_s() / self.wall_s

@@ -2,6 +2,7 @@
 
 mod arm;
 pub mod bench;
+mod bridge;
 mod check;
 mod learning;
 mod mission;

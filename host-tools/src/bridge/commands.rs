@@ -1,0 +1,81 @@
+//! What comes back: a mission for the board, its start, its stop, as `backseat mission` does them.
+
+use crate::mission;
+use backseat_analysis::mission_file;
+use backseat_link::board::{Board, PortName};
+use backseat_wire::ship_state::Key;
+use std::path::Path;
+use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+
+/// Longest text that is looked at, bytes: the longest mission of a board is a tenth of it.
+const LONGEST: usize = 65_536;
+/// As many wait while one is carried out.
+const QUEUE: usize = 4;
+
+/// Where the sides hand in what they are asked.
+#[derive(Clone)]
+pub struct Commands(SyncSender<(&'static str, String)>);
+
+impl Commands {
+    /// Carries them out one after the other, through the port that the bridge keeps for other commands, signed by the
+    /// key. What became of each comes out of the receiver.
+    pub fn open(port: PortName, key: Key) -> (Self, Receiver<String>) {
+        let (queue, asked) = sync_channel::<(&str, String)>(QUEUE);
+        let (answers, answered) = sync_channel(QUEUE);
+        std::thread::spawn(move || {
+            for (side, text) in asked {
+                let answer = match carry_out(&port, key, &text) {
+                    Ok(done) => done,
+                    Err(error) => format!("refused: {error:#}"),
+                };
+                eprintln!("bridge: asked by {side}: {answer}");
+                if answers.send(answer).is_err() {
+                    return;
+                }
+            }
+        });
+        (Self(queue), answered)
+    }
+
+    /// For tests: what is handed in comes out of the receiver.
+    #[cfg(test)]
+    pub fn kept() -> (Self, Receiver<(&'static str, String)>) {
+        let (queue, asked) = sync_channel(QUEUE);
+        (Self(queue), asked)
+    }
+
+    /// Whether it is taken: `start`, `stop`, or the text of a mission file.
+    #[must_use]
+    pub fn offer(&self, side: &'static str, text: &[u8]) -> bool {
+        let text = str::from_utf8(text).ok().filter(|text| text.len() <= LONGEST);
+        text.is_some_and(|text| self.0.try_send((side, text.to_owned())).is_ok())
+    }
+}
+
+fn carry_out(port: &PortName, key: Key, text: &str) -> anyhow::Result<String> {
+    let connect = || Board::connect(port, key);
+    match text.trim() {
+        "start" => connect()?.start_mission().map(|()| "started".to_owned()),
+        "stop" => connect()?.stop_mission().map(|()| "stopped".to_owned()),
+        _ => {
+            let stored = mission_file::parse(text, Path::new("mission"))?;
+            let warnings = mission::put(&mut connect()?, &stored)?;
+            let warnings: String = warnings.iter().map(|warning| format!("; warning: {warning}")).collect();
+            Ok(format!("stored: {} waypoints{warnings}", stored.waypoints.len()))
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_too_long_no_text_or_too_much_is_not_taken() {
+        let (commands, asked) = Commands::kept();
+        assert!(!commands.offer("MOOS", &vec![b' '; LONGEST + 1]));
+        assert!(!commands.offer("MOOS", b"\xFFstart"));
+        assert_eq!((0..10).filter(|_| commands.offer("MOOS", b"start")).count(), QUEUE);
+        assert_eq!(asked.recv().unwrap(), ("MOOS", "start".to_owned()));
+    }
+}
