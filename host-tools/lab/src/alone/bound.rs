@@ -1,0 +1,97 @@
+//! The posterior Cramér-Rao bound of the plane problem, apart from the filter's code.
+//!
+//! Dead reckoning errs by what is not known of the vehicle and the water. Its error of the position is linear in these
+//! unknowns θ, along the true track and to first order:
+//!
+//!   e(t) = e₀ + s ∫ Rv dt + δ ∫ J Rv dt + ∫ δc dt,        J = a quarter turn,
+//!
+//! s the share by which the speed is wrong, δ the constant of the compass, δc the current less its prior mean. With
+//! e(t) = G(t) θ, θ ~ N(0, Π), ranges n·e + v of the unit vector n from the ship, and fixes e + v, all that was measured
+//! up to t leaves the covariance G (Π⁻¹ + Σ Hᵀ R⁻¹ H)⁻¹ Gᵀ. The problem is linear and Gaussian: no estimator's mean
+//! squared error is less. It leaves out noise of attitude and velocity (metres in five hours), and what depth and pitch
+//! tell of the speed.
+
+use super::worlds::{CURRENT_MPS, HEADING_RAD, SHARE, TIDE_S, Water};
+use backseat_logs::log::{Column, Log};
+use hil_sim::flight::FlightSample;
+use nalgebra::{SMatrix, SVector};
+use std::f64::consts::{FRAC_1_SQRT_2, TAU};
+
+/// Start 2, speed, heading, mean current 2, tide in phase 2, tide a quarter behind 2.
+const UNKNOWNS: usize = 10;
+type Information = SMatrix<f64, UNKNOWNS, UNKNOWNS>;
+type Gradient = SMatrix<f64, 2, UNKNOWNS>;
+
+/// What is known of the water before the dive.
+#[derive(Clone, Copy, Debug)]
+pub struct Prior {
+    /// Mean current, one sigma per axis, m/s.
+    pub mean_mps: f64,
+    /// Tide of a period that is known, one sigma per axis and quadrature, m/s.
+    pub tide_mps: f64,
+}
+
+impl Prior {
+    /// As the water is drawn.
+    pub fn drawn(water: Water) -> Self {
+        let sigma = CURRENT_MPS * FRAC_1_SQRT_2;
+        match water {
+            Water::Steady => Self { mean_mps: sigma, tide_mps: 0.0 },
+            Water::Tide => Self { mean_mps: 0.0, tide_mps: sigma },
+        }
+    }
+
+    /// The water may have both.
+    pub fn both() -> Self {
+        let sigma = CURRENT_MPS * FRAC_1_SQRT_2;
+        Self { mean_mps: sigma, tide_mps: sigma }
+    }
+}
+
+/// Least root mean square error (DRMS) at each second of the flight, m, once everything measured up to it is used.
+pub fn bound(samples: &[FlightSample], log: &Log, prior: Prior) -> Vec<f64> {
+    // σ of the thrust and of the drag are both the share; the speed goes with the root of their ratio.
+    let speed = SHARE * FRAC_1_SQRT_2;
+    let (mean, tide) = (prior.mean_mps.max(1e-9), prior.tide_mps.max(1e-9));
+    let sigma = [100.0, 100.0, speed, HEADING_RAD, mean, mean, tide, tide, tide, tide];
+    let mut information = Information::from_diagonal(&SVector::from(sigma.map(|sigma: f64| sigma.powi(-2))));
+    let mut rows = log.rows.iter().peekable();
+    let (mut through_m, mut before_us) = ([0.0; 2], 0);
+    let each = samples.iter().map(|sample| {
+        let truth = &sample.truth;
+        let step_s = (truth.time_us - before_us) as f64 * 1e-6;
+        before_us = truth.time_us;
+        for (i, through) in through_m.iter_mut().enumerate() {
+            *through += (truth.velocity_ned_mps[i] - truth.current_mps[i]) * step_s;
+        }
+        let gradient = gradient(through_m, truth.time_us as f64 * 1e-6);
+        while let Some(row) = rows.next_if(|row| row.time_us <= truth.time_us) {
+            if let (Some(_), Some(x), Some(y)) = (row.get(Column::Range), row.get(Column::ShipX), row.get(Column::ShipY)) {
+                let [dx, dy, dz] = [truth.state[0] - x, truth.state[1] - y, truth.state[2]];
+                let r = dx.hypot(dy).hypot(dz);
+                let h = gradient.row(0) * (dx / r) + gradient.row(1) * (dy / r);
+                information += h.transpose() * h;
+            }
+            if row.get(Column::GpsX).is_some() {
+                information += gradient.transpose() * gradient / 1.5_f64.powi(2);
+            }
+        }
+        let covariance = information.cholesky().map(|factor| factor.solve(&gradient.transpose()));
+        covariance.map_or(f64::NAN, |by| (gradient * by).trace().sqrt())
+    });
+    each.collect()
+}
+
+/// G.
+fn gradient([north_m, east_m]: [f64; 2], time_s: f64) -> Gradient {
+    let omega = TAU / TIDE_S;
+    let (sin, cos) = libm::sincos(omega * time_s);
+    let mut g = Gradient::zeros();
+    g.fixed_view_mut::<2, 2>(0, 0).fill_with_identity();
+    g.set_column(2, &[north_m, east_m].into());
+    g.set_column(3, &[-east_m, north_m].into());
+    for (first, integral_s) in [(4, time_s), (6, sin / omega), (8, (1.0 - cos) / omega)] {
+        g.fixed_view_mut::<2, 2>(0, first).fill_diagonal(integral_s);
+    }
+    g
+}
