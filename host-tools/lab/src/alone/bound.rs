@@ -11,6 +11,7 @@
 //! squared error is less. It leaves out noise of attitude and velocity (metres in five hours), and what depth and pitch
 //! tell of the speed.
 
+use super::aids::{FIX_SIGMA_M, RANGE_SIGMA_M};
 use super::worlds::{CURRENT_MPS, HEADING_RAD, SHARE, TIDE_S, Water};
 use backseat_logs::log::{Column, Log};
 use hil_sim::flight::FlightSample;
@@ -31,25 +32,24 @@ pub struct Prior {
     pub tide_mps: f64,
 }
 
+/// One sigma per axis of a current of this speed in any direction, m/s.
+const SIGMA_MPS: f64 = CURRENT_MPS * FRAC_1_SQRT_2;
+
 impl Prior {
     /// As the water is drawn.
     pub fn drawn(water: Water) -> Self {
-        let sigma = CURRENT_MPS * FRAC_1_SQRT_2;
         match water {
-            Water::Steady => Self { mean_mps: sigma, tide_mps: 0.0 },
-            Water::Tide => Self { mean_mps: 0.0, tide_mps: sigma },
+            Water::Steady => Self { mean_mps: SIGMA_MPS, tide_mps: 0.0 },
+            Water::Tide => Self { mean_mps: 0.0, tide_mps: SIGMA_MPS },
         }
     }
 
     /// The water may have both.
-    pub fn both() -> Self {
-        let sigma = CURRENT_MPS * FRAC_1_SQRT_2;
-        Self { mean_mps: sigma, tide_mps: sigma }
-    }
+    pub const BOTH: Self = Self { mean_mps: SIGMA_MPS, tide_mps: SIGMA_MPS };
 }
 
-/// Least root mean square error (DRMS) at each second of the flight, m, once everything measured up to it is used.
-pub fn bound(samples: &[FlightSample], log: &Log, prior: Prior) -> Vec<f64> {
+/// Least root mean square error (DRMS) at the end of a flight, m.
+pub fn bound(samples: &[FlightSample], log: &Log, prior: Prior) -> f64 {
     // σ of the thrust and of the drag are both the share; the speed goes with the root of their ratio.
     let speed = SHARE * FRAC_1_SQRT_2;
     let (mean, tide) = (prior.mean_mps.max(1e-9), prior.tide_mps.max(1e-9));
@@ -57,29 +57,30 @@ pub fn bound(samples: &[FlightSample], log: &Log, prior: Prior) -> Vec<f64> {
     let mut information = Information::from_diagonal(&SVector::from(sigma.map(|sigma: f64| sigma.powi(-2))));
     let mut rows = log.rows.iter().peekable();
     let (mut through_m, mut before_us) = ([0.0; 2], 0);
-    let each = samples.iter().map(|sample| {
+    let mut at_end = Gradient::zeros();
+    for sample in samples {
         let truth = &sample.truth;
         let step_s = (truth.time_us - before_us) as f64 * 1e-6;
         before_us = truth.time_us;
         for (i, through) in through_m.iter_mut().enumerate() {
             *through += (truth.velocity_ned_mps[i] - truth.current_mps[i]) * step_s;
         }
-        let gradient = gradient(through_m, truth.time_us as f64 * 1e-6);
+        at_end = gradient(through_m, truth.time_us as f64 * 1e-6);
         while let Some(row) = rows.next_if(|row| row.time_us <= truth.time_us) {
-            if let (Some(_), Some(x), Some(y)) = (row.get(Column::Range), row.get(Column::ShipX), row.get(Column::ShipY)) {
+            let ship_m = (row.get(Column::ShipX), row.get(Column::ShipY));
+            if let (Some(_), (Some(x), Some(y))) = (row.get(Column::Range), ship_m) {
                 let [dx, dy, dz] = [truth.state[0] - x, truth.state[1] - y, truth.state[2]];
                 let r = dx.hypot(dy).hypot(dz);
-                let h = gradient.row(0) * (dx / r) + gradient.row(1) * (dy / r);
-                information += h.transpose() * h;
+                let h = at_end.row(0) * (dx / r) + at_end.row(1) * (dy / r);
+                information += h.transpose() * h / (RANGE_SIGMA_M * RANGE_SIGMA_M);
             }
             if row.get(Column::GpsX).is_some() {
-                information += gradient.transpose() * gradient / 1.5_f64.powi(2);
+                information += at_end.transpose() * at_end / (FIX_SIGMA_M * FIX_SIGMA_M);
             }
         }
-        let covariance = information.cholesky().map(|factor| factor.solve(&gradient.transpose()));
-        covariance.map_or(f64::NAN, |by| (gradient * by).trace().sqrt())
-    });
-    each.collect()
+    }
+    let covariance = information.cholesky().map(|factor| at_end * factor.solve(&at_end.transpose()));
+    covariance.map_or(f64::NAN, |covariance| covariance.trace().sqrt())
 }
 
 /// G.

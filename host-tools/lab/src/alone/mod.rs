@@ -1,11 +1,25 @@
 //! `cargo lab alone`: five hours without ship, DVL or fixes, after twenty minutes of ranges.
+//!
+//! | module | |
+//! |---|---|
+//! | `worlds` | ways and waters, as scenarios |
+//! | `run` | a flight, and the filters over its measurements |
+//! | `aids` | what an operator could add: a DVL, a range, a fix now and then |
+//! | `bound` | the least error that is possible |
+//! | `page` | the tables and the picture |
 
+mod aids;
 mod bound;
+mod page;
 mod run;
 mod worlds;
 
 use crate::ensemble::{PartArgs, all_runs};
 use crate::store::{Key, version};
+use anyhow::{Context, bail};
+use backseat_report::console;
+use page::Flown;
+use std::path::PathBuf;
 use worlds::{WORLDS, World};
 
 /// Command line.
@@ -25,6 +39,12 @@ pub struct Args {
     jobs: Option<usize>,
     #[command(flatten)]
     part: PartArgs,
+    /// Write the page to this file as well (Markdown)
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+    /// Write the picture to this file (SVG)
+    #[arg(long, value_name = "FILE")]
+    picture: Option<PathBuf>,
 }
 
 /// Flies, filters and prints the page.
@@ -32,32 +52,32 @@ pub struct Args {
 /// # Errors
 /// An unknown world; a flight or a filter that fails; a file that cannot be written.
 pub fn run(args: &Args) -> anyhow::Result<()> {
+    let worlds = selected(&args.worlds)?;
     if let Some(jobs) = args.jobs {
         // Fails only if something has used the pool before: its size then stays.
         let _ = rayon::ThreadPoolBuilder::new().num_threads(jobs).build_global();
     }
     let seeds = args.first_seed..args.first_seed + args.runs;
-    let chosen = WORLDS.iter().filter(|world| args.worlds.is_empty() || args.worlds.iter().any(|name| name == world.name));
-    let worlds: Vec<&World> = chosen.collect();
-    let jobs: Vec<(Key, &World)> =
-        seeds.flat_map(|seed| worlds.iter().map(move |world| ((world.name.to_owned(), seed), *world))).collect();
-    let Some(runs) = all_runs("flights", &args.part, version("alone", "")?, &jobs, |seed, world| run::run(world, seed))? else {
-        return Ok(());
-    };
-    for (((name, seed), _), alone) in jobs.iter().zip(&runs) {
-        println!("{name} {seed}: distance {:.0} level ratio {:.2}", alone.distance_m, alone.level_ratio);
-        for (row, points) in &alone.rows {
-            print!("  {row:12}");
-            for p in points.iter().step_by(6) {
-                print!(" {:7.1}/{:7.1}", p.error(), p.drms_m);
-            }
-            println!();
-        }
-        print!("  bound       ");
-        for b in alone.bounds_m.iter().step_by(6) {
-            print!(" {:7.1}/{:7.1}", b[0], b[1]);
-        }
-        println!();
+    let all = seeds.flat_map(|seed| worlds.iter().map(move |world| ((world.name.to_owned(), seed), *world)));
+    let jobs: Vec<(Key, World)> = all.collect();
+    let fly = |seed: u64, world: &World| run::run(*world, seed);
+    let Some(runs) = all_runs("flights", &args.part, version("alone", "")?, &jobs, fly)? else { return Ok(()) };
+    let of_world =
+        |world: &World| jobs.iter().zip(&runs).filter(|((_, of), _)| of == world).map(|(_, run)| run).collect();
+    let flown: Vec<Flown<'_>> = worlds.iter().map(|world| Flown { world: *world, runs: of_world(world) }).collect();
+    if let Some(path) = &args.picture {
+        std::fs::write(path, page::picture(&flown)).with_context(|| path.display().to_string())?;
     }
-    Ok(())
+    let page = page::page(&flown, args);
+    if let Some(path) = &args.out {
+        std::fs::write(path, &page).with_context(|| path.display().to_string())?;
+    }
+    console::print(page.as_bytes())
+}
+
+fn selected(names: &[String]) -> anyhow::Result<Vec<World>> {
+    if let Some(name) = names.iter().find(|name| WORLDS.iter().all(|world| world.name != **name)) {
+        bail!("no world {name}; there are {}", WORLDS.map(|world| world.name).join(", "));
+    }
+    Ok(WORLDS.into_iter().filter(|world| names.is_empty() || names.iter().any(|name| name == world.name)).collect())
 }

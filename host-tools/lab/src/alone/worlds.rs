@@ -18,6 +18,11 @@ pub const HEADING_RAD: f64 = 2.0 * TAU / 360.0;
 /// How far the declared parameters are off.
 pub const SHARE: f64 = 0.10;
 
+/// s since the ship left, of a time of the flight, µs.
+pub fn since_s(time_us: u64) -> f64 {
+    time_us as f64 * 1e-6 - SHIP_LEAVES_S
+}
+
 /// The water.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Water {
@@ -63,6 +68,20 @@ pub const WORLDS: [World; 6] = [
 const SIDE_M: f64 = 120.0;
 
 impl World {
+    /// For the page.
+    pub fn about(self) -> String {
+        let water = match self.water {
+            Water::Steady => "a steady current",
+            Water::Tide => "a rotary tide",
+        };
+        let way = match self.way {
+            Way::Lawnmower => "Lines of a kilometre, 100 m apart: the ship leaves at the start of the second",
+            Way::Transit => "One straight line",
+            Way::SquareThenTransit => "Two rounds of a square of 120 m while the ship is there, then one straight line",
+        };
+        format!("{way}, in {water}")
+    }
+
     /// The flight of one seed. It is longer than five hours and ends under way.
     pub fn scenario(self, seed: u64) -> anyhow::Result<Scenario> {
         let mut scenario = Scenario::built_in("survey")?;
@@ -83,6 +102,7 @@ impl World {
         };
         // Otherwise half an hour of degraded navigation ends a mission.
         scenario.vehicle.safety.degraded_time_max_s = 2.0 * ALONE_S;
+        scenario.vehicle.safety.fence_radius_m = 1.0e5;
         scenario.settings.acoustics.until_s = Some(SHIP_LEAVES_S);
         scenario.settings.duration_s = SHIP_LEAVES_S + ALONE_S;
         if let Mission::Lawnmower(lawnmower) = &mut scenario.settings.mission {
@@ -90,7 +110,11 @@ impl World {
                 Way::Lawnmower => [24, 1000],
                 _ => [1, 24_000],
             };
-            *lawnmower = Lawnmower { lines: NonZeroU16::new(lines).unwrap_or(NonZeroU16::MIN), length_m: f64::from(length_m), ..*lawnmower };
+            *lawnmower = Lawnmower {
+                lines: NonZeroU16::new(lines).unwrap_or(NonZeroU16::MIN),
+                length_m: f64::from(length_m),
+                ..*lawnmower
+            };
         }
         if self.way == Way::SquareThenTransit {
             let square = [[0.0, 0.0], [SIDE_M, 0.0], [SIDE_M, SIDE_M], [0.0, SIDE_M], [0.0, 0.0]];
