@@ -8,14 +8,14 @@
 //! s the share by which the speed is wrong, δ the constant of the compass, δc the current less its prior mean. With
 //! e(t) = G(t) θ, θ ~ N(0, Π), ranges n·e + v of the unit vector n from the ship, and fixes e + v, all that was measured
 //! up to t leaves the covariance G (Π⁻¹ + Σ Hᵀ R⁻¹ H)⁻¹ Gᵀ. The problem is linear and Gaussian: no estimator's mean
-//! squared error is less. It leaves out noise of attitude and velocity (metres in five hours), and what depth and pitch
-//! tell of the speed.
+//! squared error is less, if it has nothing but these. Noise of attitude and velocity is left out (metres in five hours),
+//! and so is what depth and attitude tell of the speed in dives and turns.
 
 use super::aids::{FIX_SIGMA_M, RANGE_SIGMA_M};
 use super::worlds::{CURRENT_MPS, HEADING_RAD, SHARE, TIDE_S, Water};
 use backseat_logs::log::{Column, Log};
 use hil_sim::flight::FlightSample;
-use nalgebra::{SMatrix, SVector};
+use nalgebra::{SMatrix, SVector, Vector2};
 use std::f64::consts::{FRAC_1_SQRT_2, TAU};
 
 /// Start 2, speed, heading, mean current 2, tide in phase 2, tide a quarter behind 2.
@@ -89,8 +89,8 @@ fn gradient([north_m, east_m]: [f64; 2], time_s: f64) -> Gradient {
     let (sin, cos) = libm::sincos(omega * time_s);
     let mut g = Gradient::zeros();
     g.fixed_view_mut::<2, 2>(0, 0).fill_with_identity();
-    g.set_column(2, &[north_m, east_m].into());
-    g.set_column(3, &[-east_m, north_m].into());
+    g.set_column(2, &Vector2::new(north_m, east_m));
+    g.set_column(3, &Vector2::new(-east_m, north_m));
     for (first, integral_s) in [(4, time_s), (6, sin / omega), (8, (1.0 - cos) / omega)] {
         g.fixed_view_mut::<2, 2>(0, first).fill_diagonal(integral_s);
     }

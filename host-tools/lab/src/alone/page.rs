@@ -21,8 +21,8 @@ pub struct Flown<'a> {
 
 impl Flown<'_> {
     fn tracks(&self, name: &str) -> Vec<&[Point]> {
-        let named = |run: &&Alone| run.rows.iter().find(|row| row.name == name).map(|row| &row.points[..]);
-        self.runs.iter().filter_map(|run| named(&run)).collect()
+        let rows = self.runs.iter().filter_map(|run| run.rows.iter().find(|row| row.name == name));
+        rows.map(|row| &row.points[..]).collect()
     }
 
     /// Of an estimate's last points.
@@ -117,10 +117,11 @@ otherwise the board ends the mission where it states more than that.
 Error at the end: mean over the flights with its 95 % interval. Stated: root mean square error that the filter expects (DRMS), \
 root mean square over the flights. Over bound: root mean square error over the bound.
 
-**Bound**: the posterior Cramér-Rao bound of the plane problem along the true track, with the unknowns start, speed, constant of \
-the compass and current, and ranges and fixes as they were measured (`host-tools/lab/src/alone/bound.rs`). As drawn: the \
-prior of the water is that of the world, steady water or a tide of known period about no mean. Both: the water may have a \
-mean current and a tide at once, 0.11 m/s each per axis, as a navigator who does not know must assume.\n";
+**Bound**: the posterior Cramér-Rao bound of the plane problem along the true track (`host-tools/lab/src/alone/bound.rs`). \
+Unknown are start, speed, constant of the compass and current, with the priors of the draws; ranges and fixes are measured. It \
+leaves out what depth and attitude tell of the speed in dives and turns, so that a filter that learns the speed from them may \
+err less: it is what positions alone allow. Water as drawn: steady, or a tide of known period about no mean. Both: a mean \
+current and a tide at once, 0.11 m/s each per axis, as a navigator must assume who does not know the water.\n";
 
 fn estimates(flown: &Flown<'_>) -> String {
     let mut table = markdown_table([
@@ -181,6 +182,9 @@ fn help(flown: &[Flown<'_>]) -> String {
         for aid in Aid::ALL {
             let name = aid.name();
             let error = flown.ends(name, |point| point.error_m);
+            if error.is_empty() {
+                continue;
+            }
             let all = flown.tracks(name).into_iter().flatten().map(|point| point.error_m);
             let number =
                 |value: Option<f64>, digits: usize| value.map_or(String::new(), |value| format!("{value:.digits$}"));

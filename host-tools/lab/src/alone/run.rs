@@ -2,7 +2,7 @@
 
 use super::aids::{Aid, aided};
 use super::bound::{Prior, bound};
-use super::worlds::{SHIP_LEAVES_S, World, since_s};
+use super::worlds::{Way, World, since_s};
 use crate::flights;
 use anyhow::Context;
 use backseat_analysis::flight_score;
@@ -69,7 +69,8 @@ pub fn run(world: World, seed: u64) -> anyhow::Result<Alone> {
         ("kinematic", options(&declared, ProcessModel::Kinematic), Aid::Nothing),
         ("nominal", dynamic, Aid::Nothing),
     ];
-    for aid in Aid::ALL {
+    let aids = if world.way == Way::Lawnmower { &Aid::ALL[..] } else { &Aid::ALL[..1] };
+    for &aid in aids {
         let mut robust = dynamic;
         robust.navigation.make_robust();
         robust.use_dvl = aid == Aid::Dvl;
@@ -128,6 +129,7 @@ fn options(declared: &VehicleFile, model: ProcessModel) -> FilterOptions {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::alone::worlds::SHIP_LEAVES_S;
 
     #[test]
     fn a_point_each_ten_minutes_from_the_ships_leaving() {
