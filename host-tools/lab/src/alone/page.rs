@@ -101,9 +101,10 @@ pub fn page(flown: &[Flown<'_>], args: &Args) -> String {
     text += "## Is the stated error honest all the way?\n\nRoot mean square error of the flights over the root mean square of what is \
              stated (RMS/DRMS), by hours since the ship left; 1.1 at most is asked for.\n\n";
     text += &over_time(flown);
-    text += "\n\n## What would help most next\n\nThe same flights, and what else is measured after the ship has left, as if it had been there: \
-             the vehicle flies as it did without. Error of the robust filter, root mean square of the flights at the end, in metres and in \
-             per cent of the distance, and the largest at any time.\n\n";
+    text += "\n\n## What would help most next\n\nThe same flights, and what else is measured one, two, three and four hours after the ship has left, or once \
+             after two and a half, as if it had been there: the vehicle flies as it did without. Error of the robust filter \
+             at the end, root mean square of the flights, in metres and in per cent of the distance, and the largest of \
+             points ten minutes apart.\n\n";
     text += &help(flown);
     wrapped(&(text + "\n"))
 }
