@@ -70,7 +70,8 @@ impl Aid {
     }
 }
 
-/// The log of a flight with what an aid measures. The vehicle flies as it did without, at depth even where a fix is taken.
+/// The log of a flight with what an aid measures. The vehicle flies as it did without, at depth even where a fix is
+/// taken.
 pub fn aided(flight: &FlightLog, aid: Aid, seed: u64) -> Log {
     let mut log = flight.log.clone();
     for row in &mut log.rows {

@@ -85,7 +85,11 @@ pub fn page(flown: &[Flown<'_>], args: &Args) -> String {
         flown.iter().map(|flown| flown.runs.len()).sum::<usize>()
     );
     if let Some(name) = args.picture.as_ref().and_then(|path| path.file_name()) {
-        let _ = writeln!(text, "![Error against time, and what the robust filter states]({})\n", name.display());
+        let _ = writeln!(
+            text,
+            "![The lawnmower: root mean square error against time, and what the robust filter states]({})\n",
+            name.display()
+        );
     }
     for flown in flown {
         let _ = writeln!(text, "## {}\n\n{}.\n", flown.world.name, flown.world.about());
@@ -211,7 +215,7 @@ pub fn picture(flown: &[Flown<'_>]) -> String {
                 ["kinematic", "nominal", "robust"].map(|name| (name, flown.over_time(name, |point| point.error_m)));
             let series: Vec<(&str, &[(f64, f64)])> = lines.iter().map(|(name, line)| (*name, &line[..])).collect();
             let stated = flown.over_time("robust", |point| point.drms_m);
-            let label = format!("{}: error, RMS [m]", flown.world.name);
+            let label = format!("{}: error [m]", flown.world.name.trim_start_matches("lawnmower-"));
             let bound = Some(("robust, stated", &stated[..]));
             [plots::error_vs_time(&ErrorPlot { y_label: &label, series: &series, bound, scale: Scale::Log })]
         })
