@@ -3,6 +3,7 @@
 //! The laboratory: every study is one command of `cargo lab`. Nobody who only uses the tools builds it.
 
 pub mod adaptive_control;
+mod alone;
 mod closed_loop;
 pub mod consistency;
 mod diagnosis_accuracy;
@@ -101,6 +102,10 @@ enum LabCommand {
   cargo lab navigation --runs 4 --cases exact,10%,Y
   cargo lab navigation --runs 20 --store runs.jsonl --out docs/results/navigation.md")]
     Navigation(navigation::Args),
+    /// Five hours without ship, DVL or fixes, after twenty minutes of ranges
+    #[command(after_help = "Example:
+  cargo lab alone --runs 20 --store runs.jsonl --out docs/results/five_hours_alone.md")]
+    Alone(alone::Args),
     /// Gains and feed-forward that follow the filter's parameters, against fixed ones
     #[command(after_help = "Example:
   cargo lab adaptive-control --runs 5 --out docs/results/adaptive_control.md")]
@@ -175,6 +180,7 @@ impl Lab {
     pub fn run(&self) -> anyhow::Result<()> {
         match &self.command {
             LabCommand::Reproduce(arguments) => reproduce::run(arguments),
+            LabCommand::Alone(arguments) => alone::run(arguments),
             LabCommand::Navigation(arguments) => navigation::run(arguments),
             LabCommand::AdaptiveControl(arguments) => adaptive_control::run(arguments),
             LabCommand::Geometry(arguments) => geometry::run(arguments),

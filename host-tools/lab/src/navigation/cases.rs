@@ -20,8 +20,6 @@ pub struct MissionCase {
     pub from_s: f64,
     /// The world is as declared: the kinematic filters of the thesis and the bounds are in the table as well.
     pub is_declared: bool,
-    /// How far off the estimate is at the end is in the table.
-    pub shows_end: bool,
     /// A dive before this one, in another current, has taught the filters of the vehicle.
     pub is_second_dive: bool,
 }
@@ -34,7 +32,6 @@ const DEFAULT: MissionCase = MissionCase {
     has_dvl: false,
     from_s: 0.0,
     is_declared: false,
-    shows_end: false,
     is_second_dive: false,
 };
 
@@ -46,9 +43,6 @@ const TIDE_S: f64 = 12.4 * 3600.0;
 const SECOND_SEED: u64 = 1_000_000;
 /// When the DVL of a case is lost, s.
 const DVL_S: f64 = 1200.0;
-/// When the ship leaves, and what flight is left then, s.
-const SHIP_LEAVES_S: f64 = 1200.0;
-const ALONE_S: f64 = 5.0 * 3600.0;
 
 /// All, in the order of the table.
 pub const CASES: &[MissionCase] = &[
@@ -160,35 +154,7 @@ pub const CASES: &[MissionCase] = &[
         from_s: DVL_S,
         ..DEFAULT
     },
-    MissionCase {
-        name: "alone-exact",
-        about: "ranges for twenty minutes, then five hours without ship, DVL or fixes; as declared",
-        apply: |s, _| alone(s),
-        is_declared: true,
-        ..ALONE
-    },
-    MissionCase {
-        name: "alone",
-        about: "the same with 10 %, a steady current of 0.15 m/s, compass 2 degrees off",
-        apply: |s, d| {
-            wrong_current_heading(s, d);
-            alone(s);
-        },
-        ..ALONE
-    },
-    MissionCase {
-        name: "alone-tide",
-        about: "the same with a rotary tide of 0.15 m/s and 12.4 h for the current",
-        apply: |s, d| {
-            wrong_current_heading(s, d);
-            tide(s, d);
-            alone(s);
-        },
-        ..ALONE
-    },
 ];
-
-const ALONE: MissionCase = MissionCase { from_s: SHIP_LEAVES_S, shows_end: true, ..DEFAULT };
 
 const Y_ABOUT: &str = "10 % + current + heading, hard iron 1 degree, servo lag 0.2 s, fins 1 degree off in yaw and \
                        pitch, buoyancy 0.1 kg, centre of gravity 2 mm ahead or astern";
@@ -272,18 +238,6 @@ fn tide(scenario: &mut Scenario, draw: &mut Stream) {
     let tide_phase_rad = TAU * draw.uniform();
     let current = Current { tide_mps: CURRENT_MPS, tide_period_s: TIDE_S, tide_phase_rad, ..still() };
     set_current(scenario, current);
-}
-
-/// More lines than five hours are long: the flight ends under way, before it surfaces. With what the board has otherwise
-/// half an hour of degraded navigation ends a mission.
-fn alone(scenario: &mut Scenario) {
-    scenario.vehicle.safety.degraded_time_max_s = 2.0 * ALONE_S;
-    let settings = &mut scenario.settings;
-    settings.acoustics.until_s = Some(SHIP_LEAVES_S);
-    settings.duration_s = SHIP_LEAVES_S + ALONE_S;
-    if let Mission::Lawnmower(lawnmower) = &mut settings.mission {
-        lawnmower.lines = const { std::num::NonZeroU16::new(24).unwrap() };
-    }
 }
 
 /// The legs at these speeds by turns.

@@ -41,12 +41,6 @@ pub struct EstimateScore {
     pub drms_m: Option<f64>,
     /// Mean of eᵀ P⁻¹ e / 2 of the position: 1 if the covariance is right.
     pub anees: Option<f64>,
-    /// Error of the last sample, m, and what the filter expects there (DRMS).
-    #[serde(default)]
-    pub end_m: f64,
-    /// See `end_m`.
-    #[serde(default)]
-    pub end_drms_m: f64,
     /// Scalars fused. All measurements are good ones.
     pub fused: u64,
     /// Scalars refused.
@@ -70,10 +64,7 @@ impl EstimateScore {
             (x * x * yy - 2.0 * x * y * xy + y * y * xx) / (xx * yy - xy * xy)
         };
         let anees = samples.iter().map(nees).sum::<f64>() / (2.0 * count);
-        let last = samples.last()?;
         Some(Self {
-            end_m: last.error_m[0].hypot(last.error_m[1]),
-            end_drms_m: (last.covariance_m2[0] + last.covariance_m2[2]).sqrt(),
             drms_m: Some(variance.sqrt()),
             anees: Some(anees),
             fused,

@@ -4,7 +4,7 @@ use super::Args;
 use super::cases::MissionCase;
 use super::run::{EstimateScore, MissionRun};
 use crate::intervals::with_interval;
-use backseat_logs::stats::{mean, mean_ci95, median, rms};
+use backseat_logs::stats::{mean, mean_ci95};
 use backseat_report::markdown::markdown_table;
 use serde_json::{Value, json};
 use std::fmt::Write as _;
@@ -121,9 +121,6 @@ pub fn markdown(arguments: &Args, results: &Results<'_>) -> String {
             ]);
         }
         let _ = writeln!(text, "{table}");
-        if case.shows_end {
-            let _ = writeln!(text, "\n{}", at_the_end(runs));
-        }
         let cut =
             runs.iter().flat_map(|(seed, run)| run.cut_short.iter().map(move |how| format!("seed {seed}, {how}")));
         let cut: Vec<String> = cut.collect();
@@ -132,23 +129,6 @@ pub fn markdown(arguments: &Args, results: &Results<'_>) -> String {
         }
     }
     text
-}
-
-/// Where the flights end, under water.
-fn at_the_end(runs: &[(u64, MissionRun)]) -> String {
-    let header =
-        ["at the end of the flight", "median [m]", "largest [m]", "root mean square [m]", "DRMS [m]", "RMS / DRMS"];
-    let mut table = markdown_table(header);
-    for row in rows(runs).into_iter().filter(|row| row.drms_m().is_some()) {
-        let ends = row.all(|m| m.end_m);
-        let (error, drms) = (rms(&ends), rms(&row.all(|m| m.end_drms_m)));
-        let number = |value: Option<f64>| value.map_or(String::new(), |value| format!("{value:.1}"));
-        let largest = ends.iter().copied().reduce(f64::max);
-        let ratio = error.zip(drms).map_or(String::new(), |(error, drms)| format!("{:.2}", error / drms));
-        let cells = [number(median(&ends)), number(largest), number(error), number(drms), ratio];
-        table.add_row(std::iter::once(row.name.to_owned()).chain(cells));
-    }
-    table.to_string()
 }
 
 fn capitalised(text: &str) -> String {

@@ -1,0 +1,83 @@
+//! `cargo lab alone`: five hours without ship, DVL or fixes, after twenty minutes of ranges.
+//!
+//! | module | |
+//! |---|---|
+//! | `worlds` | ways and waters, as scenarios |
+//! | `run` | a flight, and the filters over its measurements |
+//! | `aids` | what an operator could add: a DVL, a range, a fix now and then |
+//! | `bound` | the least error that is possible |
+//! | `page` | the tables and the picture |
+
+mod aids;
+mod bound;
+mod page;
+mod run;
+mod worlds;
+
+use crate::ensemble::{PartArgs, all_runs};
+use crate::store::{Key, version};
+use anyhow::{Context, bail};
+use backseat_report::console;
+use page::Flown;
+use std::path::PathBuf;
+use worlds::{WORLDS, World};
+
+/// Command line.
+#[derive(clap::Args, Clone, Debug)]
+pub struct Args {
+    /// Seeded flights of each world
+    #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u64).range(1..))]
+    runs: u64,
+    /// Seed of the first; the others follow
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    first_seed: u64,
+    /// Worlds, separated by commas [default: all]
+    #[arg(long, value_name = "NAME,…", value_delimiter = ',')]
+    worlds: Vec<String>,
+    /// Flights at a time [default: one a core]
+    #[arg(long, value_name = "N")]
+    jobs: Option<usize>,
+    #[command(flatten)]
+    part: PartArgs,
+    /// Write the page to this file as well (Markdown)
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+    /// Write the picture to this file (SVG)
+    #[arg(long, value_name = "FILE")]
+    picture: Option<PathBuf>,
+}
+
+/// Flies, filters and prints the page.
+///
+/// # Errors
+/// An unknown world; a flight or a filter that fails; a file that cannot be written.
+pub fn run(args: &Args) -> anyhow::Result<()> {
+    let worlds = selected(&args.worlds)?;
+    if let Some(jobs) = args.jobs {
+        // Fails only if something has used the pool before: its size then stays.
+        let _ = rayon::ThreadPoolBuilder::new().num_threads(jobs).build_global();
+    }
+    let seeds = args.first_seed..args.first_seed + args.runs;
+    let all = seeds.flat_map(|seed| worlds.iter().map(move |world| ((world.name.to_owned(), seed), *world)));
+    let jobs: Vec<(Key, World)> = all.collect();
+    let fly = |seed: u64, world: &World| run::run(*world, seed);
+    let Some(runs) = all_runs("flights", &args.part, version("alone", "")?, &jobs, fly)? else { return Ok(()) };
+    let of_world =
+        |world: &World| jobs.iter().zip(&runs).filter(|((_, of), _)| of == world).map(|(_, run)| run).collect();
+    let flown: Vec<Flown<'_>> = worlds.iter().map(|world| Flown { world: *world, runs: of_world(world) }).collect();
+    if let Some(path) = &args.picture {
+        std::fs::write(path, page::picture(&flown)).with_context(|| path.display().to_string())?;
+    }
+    let page = page::page(&flown, args);
+    if let Some(path) = &args.out {
+        std::fs::write(path, &page).with_context(|| path.display().to_string())?;
+    }
+    console::print(page.as_bytes())
+}
+
+fn selected(names: &[String]) -> anyhow::Result<Vec<World>> {
+    if let Some(name) = names.iter().find(|name| WORLDS.iter().all(|world| world.name != **name)) {
+        bail!("no world {name}; there are {}", WORLDS.map(|world| world.name).join(", "));
+    }
+    Ok(WORLDS.into_iter().filter(|world| names.is_empty() || names.iter().any(|name| name == world.name)).collect())
+}
