@@ -7,9 +7,10 @@ use crate::inputs::installation::body_to_ned;
 use crate::parameters::Settings;
 use crate::storage::Asked;
 use crate::store::{Coasted, Navigation, Response, RestartRecord, coast_m};
+use crate::updates::Order;
 use backseat_core::parameters::joint_check;
 use backseat_core::state::{U, V, W, X, Y};
-use backseat_wire::hostlink::{FromBoard, Refusal, ResetCause, Restart};
+use backseat_wire::hostlink::{FromBoard, Images, Refusal, ResetCause, Restart};
 
 impl Backseat {
     /// Takes the set that a memory held; false when it is not valid as a whole and the old one stays.
@@ -50,6 +51,26 @@ impl App {
             }
             Some(Asked::Learning) => self.backseat.learning.stored(self.backseat.now_us(), kept),
             None => {}
+        }
+    }
+
+    /// The board has two banks for images of the firmware, and this is what is in them: at start, and after each order.
+    pub fn set_images(&mut self, images: Images) {
+        self.backseat.updates.set_images(images);
+    }
+
+    /// What the board is to do with its images, until [`Self::updated`] answers.
+    #[must_use]
+    pub fn to_update(&self) -> Option<&Order> {
+        self.backseat.updates.order()
+    }
+
+    /// The order of [`Self::to_update`] is carried out, or refused. After a commit the board sends what waits, and
+    /// resets.
+    pub fn updated(&mut self, outcome: Result<(), Refusal>, images: Images) {
+        self.set_images(images);
+        if self.backseat.updates.done() {
+            send(&mut self.host_out, &outcome.map_or_else(FromBoard::Refused, |()| FromBoard::Done));
         }
     }
 

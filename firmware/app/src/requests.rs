@@ -7,7 +7,6 @@ use crate::parameters::PARAMETER_SCHEMA;
 use crate::ring::Ring;
 use crate::safety;
 use crate::storage::Asked;
-use crate::updates;
 use backseat_wire::hostlink::{FromBoard, Refusal, ToBoard};
 use backseat_wire::ship_state::Key;
 
@@ -99,7 +98,7 @@ pub fn answer(backseat: &mut Backseat, request: &ToBoard<'_>, trusted: bool, out
             None => FromBoard::Refused(Refusal::NoStore),
         },
         ToBoard::UpdateBegin(_) | ToBoard::UpdateWrite { .. } | ToBoard::UpdateCommit | ToBoard::UpdateConfirm => {
-            match updates::ask(backseat, request) {
+            match update(backseat, request) {
                 Ok(()) => return,
                 Err(refusal) => FromBoard::Refused(refusal),
             }
@@ -165,6 +164,22 @@ fn store(backseat: &mut Backseat) -> Result<(), Refusal> {
         return Err(Refusal::NotReady);
     }
     backseat.storage.request(Asked::Host)
+}
+
+/// Has the board renew its firmware; answered when that is done. At rest alone: flash is written, and the last of it
+/// resets the board.
+#[inline(never)] // its bytes are not to stay on the stack
+fn update(backseat: &mut Backseat, request: &ToBoard<'_>) -> Result<(), Refusal> {
+    if backseat.steering.is_engaged() {
+        return Err(Refusal::UnderWay);
+    }
+    if backseat.updates.images().is_none() {
+        return Err(Refusal::NoStore);
+    }
+    if !backseat.is_still() {
+        return Err(Refusal::NotReady);
+    }
+    backseat.updates.request(request)
 }
 
 fn commit_mission(backseat: &mut Backseat) -> Result<(), Refusal> {

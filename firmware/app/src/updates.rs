@@ -1,12 +1,9 @@
 //! Requests to renew the board's firmware: the app decides whether, the board does it
 //! ([`store::ImageFlash`](crate::store::ImageFlash)).
 
-use crate::app::App;
-use crate::backseat::Backseat;
 use crate::held::Held;
-use crate::host::send;
 use crate::store::ImageFlash;
-use backseat_wire::hostlink::{FromBoard, Image, Images, Refusal, ToBoard, UPDATE_CHUNK};
+use backseat_wire::hostlink::{Image, Images, Refusal, ToBoard, UPDATE_CHUNK};
 use embedded_storage::nor_flash::NorFlash;
 use heapless::Vec;
 
@@ -78,6 +75,29 @@ impl Updates {
         self.images.get()
     }
 
+    /// The board has two banks, and this is what is in them.
+    pub fn set_images(&mut self, images: Images) {
+        self.images.set(images);
+    }
+
+    pub fn order(&self) -> Option<&Order> {
+        self.order.get()
+    }
+
+    /// The board is to do what a request asks for.
+    ///
+    /// # Errors
+    /// As [`Order::of`].
+    pub fn request(&mut self, request: &ToBoard<'_>) -> Result<(), Refusal> {
+        self.order.set(Order::of(request)?);
+        Ok(())
+    }
+
+    /// The board has done it, or could not; whether there was an order.
+    pub fn done(&mut self) -> bool {
+        self.order.take().is_some()
+    }
+
     pub fn is_busy(&self) -> bool {
         self.order.get().is_some()
     }
@@ -85,44 +105,5 @@ impl Updates {
     /// The image that runs may yet be taken back.
     pub fn is_on_trial(&self) -> bool {
         self.images.get().is_some_and(|images| images.trial.is_some())
-    }
-}
-
-/// Has the board carry it out; answered when that is done. At rest alone: flash is written, and the last of it resets
-/// the board.
-#[inline(never)] // its bytes are not to stay on the stack
-pub fn ask(backseat: &mut Backseat, request: &ToBoard<'_>) -> Result<(), Refusal> {
-    if backseat.steering.is_engaged() {
-        return Err(Refusal::UnderWay);
-    }
-    if backseat.updates.images().is_none() {
-        return Err(Refusal::NoStore);
-    }
-    if !backseat.is_still() {
-        return Err(Refusal::NotReady);
-    }
-    backseat.updates.order.set(Order::of(request)?);
-    Ok(())
-}
-
-impl App {
-    /// The board has two banks, and this is what is in them: at start, and after each order.
-    pub fn set_images(&mut self, images: Images) {
-        self.backseat.updates.images.set(images);
-    }
-
-    /// What the board is to do with its images, until [`Self::updated`] answers.
-    #[must_use]
-    pub fn to_update(&self) -> Option<&Order> {
-        self.backseat.updates.order.get()
-    }
-
-    /// The order of [`Self::to_update`] is carried out, or refused. After a commit the board sends what waits, and
-    /// resets.
-    pub fn updated(&mut self, outcome: Result<(), Refusal>, images: Images) {
-        self.set_images(images);
-        if self.backseat.updates.order.take().is_some() {
-            send(&mut self.host_out, &outcome.map_or_else(FromBoard::Refused, |()| FromBoard::Done));
-        }
     }
 }

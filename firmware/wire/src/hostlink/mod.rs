@@ -9,6 +9,7 @@ mod health;
 mod identification;
 mod images;
 mod messages;
+mod mode;
 mod refusal;
 mod signed;
 mod signing;
@@ -22,8 +23,9 @@ pub use identification::{
 };
 pub use images::{Image, Images, StoredImage, UPDATE_CHUNK};
 pub use messages::{
-    Chunk, FromBoard, FusionTelemetry, MAX_CHUNKS, MAX_FENCE_CORNERS, MAX_PPS, Mode, ModeReason, ParameterInfo, Port,
-    ResetCause, Restart, Ship, Step, StepDone, Telemetry, ToBoard, Waypoint,
+    Chunk, FromBoard, FusionTelemetry, MAX_CHUNKS, MAX_FENCE_CORNERS, MAX_PPS, ParameterInfo, Port, ResetCause,
+    Restart, Ship, Step, StepDone, Telemetry, ToBoard, Waypoint,
 };
+pub use mode::{Mode, ModeReason};
 pub use refusal::Refusal;
 pub use signed::Signed;

@@ -1,6 +1,6 @@
 //! Why a board does not do what it is asked.
 
-use super::messages::ModeReason;
+use super::mode::ModeReason;
 use serde::{Deserialize, Serialize};
 
 /// Why a request was refused.
@@ -38,7 +38,7 @@ pub enum Refusal {
     Unsafe(ModeReason),
     /// The fence is no simple polygon: fewer than three corners, or two of its edges meet.
     Fence,
-    /// The board has a key, and takes what changes a flight only [`Signed`].
+    /// The board has a key, and takes what changes a flight only signed.
     Unsigned,
     /// Signed by another key, for another start of the board, or heard before.
     Forged,
