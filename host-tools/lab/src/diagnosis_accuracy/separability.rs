@@ -134,7 +134,9 @@ fn instance(effect: &Effect) -> Option<Instance> {
     let sizes = info.parameters.iter().filter(|p| p.kind == ParameterKind::Size);
     let candidate = Candidate {
         effect: info.name,
-        member: of(ParameterKind::Fin).and_then(effects::fin_index),
+        member: of(ParameterKind::Fin)
+            .and_then(effects::fin_index)
+            .or_else(|| of(ParameterKind::Transponder).map(|number| number as usize)),
         span: of(ParameterKind::Onset)
             .map(|onset_s| Span { onset_s, end_s: of(ParameterKind::End).filter(|end_s| *end_s > 0.0) }),
     };
