@@ -97,9 +97,7 @@ impl<F: NorFlash> ParameterFlash<F> {
     /// copy can no longer be read the second time.
     pub fn load(&mut self, settings: &mut Settings) -> Result<u32, [Refused; 2]> {
         let copies = self.copies();
-        if let ([Err(first), Err(second), ..], true) =
-            (copies.map(|copy| copy.usable), copies.iter().all(|copy| copy.usable.is_err()))
-        {
+        if let [Err(first), Err(second), Err(_), Err(_)] = copies.map(|copy| copy.usable) {
             return Err([first, second]);
         }
         let newest = newest_of(&copies);
