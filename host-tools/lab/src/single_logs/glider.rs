@@ -389,6 +389,7 @@ fn ways(log: &Log, samples: &[Sample]) -> Vec<Way> {
 mod tests {
     use super::*;
     use backseat_logs::LogRow;
+    use hil_sim::rng::{Source, Stream};
 
     const DRAG: f64 = 0.16;
 
@@ -411,11 +412,8 @@ mod tests {
 
     /// Twenty-four dives to 40 m, surfacing after every fourth; 30 g too buoyant, in a current.
     fn log() -> Log {
-        let (mut log, mut state) = (Log::default(), 3_u64);
-        let mut noise = || {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
-        };
+        let (mut log, mut random) = (Log::default(), Stream::new(3, Source::Study));
+        let mut noise = || random.uniform() - 0.5;
         let (mut t_s, mut depth, mut position) = (0.0_f64, 1.0_f64, [0.0_f64; 2]);
         let mean_density = 1005.0;
         for dive in 0..24 {

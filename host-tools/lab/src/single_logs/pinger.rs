@@ -212,14 +212,12 @@ fn velocity(positions: &[(f64, [f64; 2])], t_s: f64) -> [f64; 2] {
 mod tests {
     use super::*;
     use backseat_logs::LogRow;
+    use hil_sim::rng::{Source, Stream};
 
     /// A vehicle to and fro past a pinger whose clock runs as `drift_ppm` says, sound at 1515 m/s.
     fn log(drift_ppm: f64) -> Log {
-        let (mut state, mut log) = (7_u64, Log::default());
-        let mut noise = || {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
-        };
+        let (mut log, mut random) = (Log::default(), Stream::new(7, Source::Study));
+        let mut noise = || random.uniform() - 0.5;
         for ping in 0..220_u32 {
             if ping % 17 == 5 {
                 continue; // missed
@@ -262,11 +260,8 @@ mod tests {
 
     #[test]
     fn val_arm_of_the_hydrophone_on_a_circle() {
-        let (mut state, mut log) = (11_u64, Log::default());
-        let mut noise = || {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
-        };
+        let (mut log, mut random) = (Log::default(), Stream::new(11, Source::Study));
+        let mut noise = || random.uniform() - 0.5;
         for ping in 0..220_u32 {
             let launch_s = 8.179 * f64::from(ping) + 3.2;
             // Around a point 40 m from the pinger, so that it bears from all sides.

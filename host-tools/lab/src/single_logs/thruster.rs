@@ -295,15 +295,13 @@ fn stretches(log: &Log) -> Vec<Stretch> {
 mod tests {
     use super::*;
     use backseat_logs::LogRow;
+    use hil_sim::rng::{Source, Stream};
 
     /// Half a minute each at several commands, and coasting; 30 kg, dead band 0.15, 20 N a unit, flat from 0.65 on, and
     /// 0.3 s late, with the equations of a Heun step of 10 ms of its own.
     fn log() -> Log {
-        let (mut log, mut state, mut speed) = (Log::default(), 5_u64, 0.0_f64);
-        let mut noise = || {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
-        };
+        let (mut log, mut random, mut speed) = (Log::default(), Stream::new(5, Source::Study), 0.0_f64);
+        let mut noise = || random.uniform() - 0.5;
         let levels = [0.2, 0.5, 0.9, 0.3, 0.7, 0.4, 1.0, 0.6, 0.3, 0.8, 0.5, 0.9, 0.25, 0.6, 0.4, 1.0];
         let command = |t: f64| {
             let (leg, along) = ((t / 60.0).floor(), t % 60.0);

@@ -263,6 +263,7 @@ fn legendre(x: f64, count: usize) -> Vec<f64> {
 mod tests {
     use super::*;
     use backseat_logs::stats::rms;
+    use hil_sim::rng::{Source, Stream};
 
     const ARM_M: [f64; 3] = [2.0, -1.5, 12.0];
     const SOUND_MPS: f64 = 1489.0;
@@ -272,11 +273,8 @@ mod tests {
     fn log() -> Log {
         let places = [[400.0, 0.0, 1000.0], [-300.0, 350.0, 1010.0], [-250.0, -400.0, 990.0]];
         let off = [[1.0, -1.5, 2.0], [-1.0, 0.5, -1.0], [0.3, 1.0, 0.5]];
-        let (mut log, mut state) = (Log::default(), 3_u64);
-        let mut noise = || {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
-        };
+        let (mut log, mut random) = (Log::default(), Stream::new(3, Source::Study));
+        let mut noise = || random.uniform() - 0.5;
         for (station, (place, off)) in places.iter().zip(off).enumerate() {
             let mut row = LogRow::new(0);
             let declared: Vec<f64> = (0..3).map(|axis| place[axis] + off[axis]).collect();

@@ -1,5 +1,6 @@
 use super::*;
 use backseat_logs::LogRow;
+use hil_sim::rng::{Source, Stream};
 
 const MASS_KG: f64 = 200.0;
 const LENGTH_M: f64 = 3.0;
@@ -8,11 +9,8 @@ const LENGTH_M: f64 = 3.0;
 /// inflow angle and propeller race, integrated by steps of 20 ms. In the second a hand holds the vessel for some
 /// seconds.
 fn log(winds: &[[f64; 2]]) -> Log {
-    let (mut log, mut state) = (Log::default(), 7_u64);
-    let mut noise = || {
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
-    };
+    let (mut log, mut random) = (Log::default(), Stream::new(7, Source::Study));
+    let mut noise = || random.uniform() - 0.5;
     for (run, [north, east]) in winds.iter().enumerate() {
         let revolutions = [8.0, 12.0, 10.0][run % 3];
         let (mut u, mut v, mut r, mut heading) = (0.0_f64, 0.0_f64, 0.0_f64, 1.1 * run as f64);
