@@ -7,8 +7,38 @@ use backseat_report::console::{self, Progress};
 use rayon::prelude::*;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
+use std::ops::Range;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Which flights an ensemble has.
+#[derive(clap::Args, Clone, Debug)]
+pub struct SeedArgs {
+    /// Seeded flights of each world
+    #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u64).range(1..))]
+    runs: u64,
+    /// Seed of the first; the others follow
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    first_seed: u64,
+    /// Flights at a time [default: one a core]
+    #[arg(long, value_name = "N")]
+    jobs: Option<usize>,
+}
+
+impl SeedArgs {
+    /// Their seeds.
+    pub fn seeds(&self) -> Range<u64> {
+        self.first_seed..self.first_seed + self.runs
+    }
+
+    /// Has no more than so many fly at a time.
+    pub fn limit_jobs(&self) {
+        if let Some(jobs) = self.jobs {
+            // Fails only if something has used the pool before: its size then stays.
+            let _ = rayon::ThreadPoolBuilder::new().num_threads(jobs).build_global();
+        }
+    }
+}
 
 /// Where finished runs are kept, and which part of the ensemble is done here.
 #[derive(clap::Args, Clone, Debug, Default)]

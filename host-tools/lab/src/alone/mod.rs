@@ -14,7 +14,7 @@ mod page;
 mod run;
 mod worlds;
 
-use crate::ensemble::{PartArgs, all_runs};
+use crate::ensemble::{PartArgs, SeedArgs, all_runs};
 use crate::store::{Key, version};
 use anyhow::{Context, bail};
 use backseat_report::console;
@@ -25,18 +25,11 @@ use worlds::{WORLDS, World};
 /// Command line.
 #[derive(clap::Args, Clone, Debug)]
 pub struct Args {
-    /// Seeded flights of each world
-    #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u64).range(1..))]
-    runs: u64,
-    /// Seed of the first; the others follow
-    #[arg(long, value_name = "N", default_value_t = 1)]
-    first_seed: u64,
+    #[command(flatten)]
+    ensemble: SeedArgs,
     /// Worlds, separated by commas [default: all]
     #[arg(long, value_name = "NAME,…", value_delimiter = ',')]
     worlds: Vec<String>,
-    /// Flights at a time [default: one a core]
-    #[arg(long, value_name = "N")]
-    jobs: Option<usize>,
     #[command(flatten)]
     part: PartArgs,
     /// Write the page to this file as well (Markdown)
@@ -53,11 +46,8 @@ pub struct Args {
 /// An unknown world; a flight or a filter that fails; a file that cannot be written.
 pub fn run(args: &Args) -> anyhow::Result<()> {
     let worlds = selected(&args.worlds)?;
-    if let Some(jobs) = args.jobs {
-        // Fails only if something has used the pool before: its size then stays.
-        let _ = rayon::ThreadPoolBuilder::new().num_threads(jobs).build_global();
-    }
-    let seeds = args.first_seed..args.first_seed + args.runs;
+    args.ensemble.limit_jobs();
+    let seeds = args.ensemble.seeds();
     let all = seeds.flat_map(|seed| worlds.iter().map(move |world| ((world.name.to_owned(), seed), *world)));
     let jobs: Vec<(Key, World)> = all.collect();
     let fly = |seed: u64, world: &World| run::run(*world, seed);

@@ -76,8 +76,8 @@ const ESTIMATES: [(&str, &str); 4] = [
 
 /// The page in Markdown.
 pub fn page(flown: &[Flown<'_>], args: &Args) -> String {
-    let Args { runs, first_seed, .. } = args;
-    let last = first_seed + runs - 1;
+    let seeds = args.ensemble.seeds();
+    let (runs, first_seed, last) = (seeds.end - seeds.start, seeds.start, seeds.end - 1);
     let worlds = if args.worlds.is_empty() { String::new() } else { format!(" --worlds {}", args.worlds.join(",")) };
     let mut text = format!(
         "# Five hours alone\n\nMade by `cargo lab alone --runs {runs} --first-seed {first_seed}{worlds}`: {} flights, seeds {first_seed} to \

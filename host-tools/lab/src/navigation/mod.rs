@@ -10,7 +10,7 @@ mod filters;
 mod run;
 mod table;
 
-use crate::ensemble::{PartArgs, Progressed, run_and_keep};
+use crate::ensemble::{PartArgs, Progressed, SeedArgs, run_and_keep};
 use crate::store::{Key, Store, version};
 use crate::wrap::wrapped;
 use anyhow::{Context, bail};
@@ -21,18 +21,11 @@ use std::path::PathBuf;
 /// Command line.
 #[derive(clap::Args, Clone, Debug)]
 pub struct Args {
-    /// Seeded missions of each case
-    #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u64).range(1..))]
-    runs: u64,
-    /// Seed of the first; the others follow
-    #[arg(long, value_name = "N", default_value_t = 1)]
-    first_seed: u64,
+    #[command(flatten)]
+    ensemble: SeedArgs,
     /// Cases, separated by commas [default: all]
     #[arg(long, value_name = "NAME,…", value_delimiter = ',')]
     cases: Vec<String>,
-    /// Flights at a time [default: one a core]
-    #[arg(long, value_name = "N")]
-    jobs: Option<usize>,
     /// End each mission after this simulated time
     #[arg(long)]
     minutes: Option<f64>,
@@ -52,13 +45,10 @@ pub struct Args {
 /// An unknown case; a flight or a filter that fails; a file that cannot be written.
 pub fn run(arguments: &Args) -> anyhow::Result<()> {
     let cases = selected(&arguments.cases)?;
-    if let Some(jobs) = arguments.jobs {
-        // Fails only if something has used the pool before: its size then stays.
-        let _ = rayon::ThreadPoolBuilder::new().num_threads(jobs).build_global();
-    }
+    arguments.ensemble.limit_jobs();
     let length = arguments.minutes.map_or(String::new(), |minutes| format!("{minutes} min"));
     let store: Store<MissionRun> = Store::open(arguments.part.store.as_deref(), version("navigation", &length)?)?;
-    let seeds = arguments.first_seed..arguments.first_seed + arguments.runs;
+    let seeds = arguments.ensemble.seeds();
     let all = seeds.clone().flat_map(|seed| cases.iter().map(move |case| ((case.name.to_owned(), seed), *case)));
     let jobs: Vec<(Key, &MissionCase)> = all.collect();
     let fly = |seed: u64, case: &&MissionCase| run::run(case, seed, arguments.minutes);

@@ -65,7 +65,8 @@ fn rows(runs: &[(u64, MissionRun)]) -> Vec<FilterRow<'_>> {
 
 /// The tables with their explanation.
 pub fn markdown(arguments: &Args, results: &Results<'_>) -> String {
-    let Args { runs, first_seed, .. } = arguments;
+    let seeds = arguments.ensemble.seeds();
+    let (runs, first_seed) = (seeds.end - seeds.start, seeds.start);
     let mut options = format!("--runs {runs} --first-seed {first_seed}");
     if !arguments.cases.is_empty() {
         let _ = write!(options, " --cases {}", arguments.cases.join(","));
@@ -87,7 +88,7 @@ pub fn markdown(arguments: &Args, results: &Results<'_>) -> String {
          `closed loop` is the backseat's own estimate in flight, on which the LQR steers. The other filters run over the\n\
          same measurements afterwards; the same wrong vehicle is declared to all.\n",
         env!("CARGO_PKG_VERSION"),
-        first_seed + runs - 1
+        seeds.end - 1
     );
     for (case, runs) in results {
         let _ = write!(text, "\n## {}\n\n{}. Runs: {}.\n\n", case.name, capitalised(case.about), runs.len());
