@@ -15,8 +15,25 @@ use crate::whitener::{self, Colour, Pass, Setup};
 use backseat_logs::stats::{autocorrelation, ljung_box};
 use rayon::prelude::*;
 
-/// Channels whose noise may last. Fixes count by their design effect; ranges are too far apart.
-const LASTING: [ResidualChannel; 10] = [
+/// Sensors whose noise is estimated together.
+pub struct Sensors {
+    channels: &'static [ResidualChannel],
+    /// So many seconds from a log's beginning say enough of their noise.
+    pub longest_s: f64,
+    /// Samples below which a channel's noise is taken as declared.
+    fewest: usize,
+    /// What a part that lasts must gain in Σ (ln S + e²): three numbers at their cost, 3 ln n.
+    least_gain: f64,
+}
+
+/// All whose noise may last. GNSS fixes count by their design effect.
+pub const SENSORS: [Sensors; 2] = [
+    // Of a time constant of a minute, ten; in a log of 10,000 samples.
+    Sensors { channels: &OWN, longest_s: 600.0, fewest: 400, least_gain: 27.0 },
+    // A reading every ten seconds is seldom: an hour, 150 samples.
+    Sensors { channels: &ACOUSTIC, longest_s: 3600.0, fewest: 60, least_gain: 15.0 },
+];
+const OWN: [ResidualChannel; 10] = [
     ResidualChannel::Depth,
     ResidualChannel::Roll,
     ResidualChannel::Pitch,
@@ -28,18 +45,14 @@ const LASTING: [ResidualChannel; 10] = [
     ResidualChannel::DvlV,
     ResidualChannel::DvlW,
 ];
-/// Samples below which a channel's noise is taken as declared.
-const FEWEST: usize = 400;
+const ACOUSTIC: [ResidualChannel; 4] =
+    [ResidualChannel::Range, ResidualChannel::UsblAlong, ResidualChannel::UsblAcross, ResidualChannel::UsblDown];
 /// Lags of the test whether there is anything to estimate, and its probability.
 const LAGS: usize = 20;
 const SUSPECTED: f64 = 1e-4;
 /// Time constants in s and shares tried at first.
 const TAUS_S: [f64; 5] = [0.7, 2.0, 6.0, 20.0, 60.0];
 const SHARES: [f64; 2] = [0.15, 0.6];
-/// The first so many seconds of a log say enough of its noise: of a time constant of a minute, ten.
-pub const LONGEST_S: f64 = 600.0;
-/// What a part that lasts must gain in Σ (ln S + e²): three numbers at their cost in a log of 10,000 samples.
-const LEAST_GAIN: f64 = 27.0;
 
 /// Noise of one channel, relative to what is declared.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -68,43 +81,50 @@ impl Mixture {
 
 type Mixtures = [Mixture; ResidualChannel::COUNT];
 
-/// The noise of a log.
-#[derive(Clone, Debug)]
+/// The noise of some channels.
 pub struct Noise {
-    /// What of it lasts.
-    pub colours: Vec<Colour>,
-    /// Scale of each channel's white part on the declared one, without waves.
-    pub scale: [f64; ResidualChannel::COUNT],
+    mixtures: Mixtures,
+    channels: Vec<ResidualChannel>,
 }
 
-/// Estimates the noise beside a set of effects; `None` where none of it lasts. Channels of `kept` stay.
+impl Noise {
+    /// Puts it in the place of what these channels had.
+    pub fn apply(&self, setup: &mut Setup) {
+        apply(setup, &self.mixtures, &self.channels);
+    }
+}
+
+/// Estimates the noise of some sensors beside a set of effects; `None` where none of it lasts. Channels of `kept` stay.
 #[must_use]
-pub fn estimate(log_data: &PreparedLog, set: &Effects, kept: &[ResidualChannel]) -> Option<Noise> {
+pub fn estimate(log_data: &PreparedLog, set: &Effects, sensors: &Sensors, kept: &[ResidualChannel]) -> Option<Noise> {
     let base = log_data.pass(set, &[])?;
-    let mut suspected = suspected(log_data, &base);
+    let mut suspected = suspected(log_data, &base, sensors);
     suspected.retain(|channel| !kept.contains(channel));
     if suspected.is_empty() {
         return None;
     }
-    let found = Search { log_data, set, suspected: &suspected }.run()?;
-    if suspected.iter().all(|channel| found[*channel as usize].parts[0].0 == 0.0) {
-        return None;
-    }
-    let mut setup = Setup { scale: log_data.own_scale, ..log_data.setup.clone() };
-    apply(&mut setup, &found, &suspected);
-    Some(Noise { colours: setup.colours, scale: setup.scale })
+    let mixtures = Search { log_data, set, suspected: &suspected, least_gain: sensors.least_gain }.run()?;
+    let lasts = suspected.iter().any(|channel| mixtures[*channel as usize].parts[0].0 > 0.0);
+    lasts.then_some(Noise { mixtures, channels: suspected })
 }
 
-/// Channels whose innovations are not white where nothing judges.
+/// Whether innovations of any channel are not white where nothing judges.
 #[must_use]
-pub fn suspected(log_data: &PreparedLog, pass: &Pass) -> Vec<ResidualChannel> {
+pub fn is_suspected(log_data: &PreparedLog, pass: &Pass) -> bool {
+    SENSORS.iter().any(|sensors| !suspected(log_data, pass, sensors).is_empty())
+}
+
+fn suspected(log_data: &PreparedLog, pass: &Pass, sensors: &Sensors) -> Vec<ResidualChannel> {
     let is_suspected = |channel: &ResidualChannel| {
         let seen = |t_s: f64| log_data.split.is_at(DataPart::Seen, t_s);
-        let own = pass.residuals.iter().filter(|r| r.channel == *channel && r.used && seen(r.t_s));
-        let e: Vec<f64> = own.map(whitener::Residual::normalised).collect();
-        e.len() >= FEWEST && ljung_box(&autocorrelation(&e, LAGS), e.len(), 0) < SUSPECTED
+        let mut own: Vec<_> =
+            pass.residuals.iter().filter(|r| r.channel == *channel && r.used && seen(r.t_s)).collect();
+        // what lasts, lasts for one transponder
+        own.sort_by_key(|r| r.station);
+        let e: Vec<f64> = own.into_iter().map(whitener::Residual::normalised).collect();
+        e.len() >= sensors.fewest && ljung_box(&autocorrelation(&e, LAGS), e.len(), 0) < SUSPECTED
     };
-    LASTING.into_iter().filter(is_suspected).collect()
+    sensors.channels.iter().copied().filter(is_suspected).collect()
 }
 
 /// Sets the noise of `channels`.
@@ -125,6 +145,7 @@ struct Search<'a> {
     log_data: &'a PreparedLog,
     set: &'a Effects,
     suspected: &'a [ResidualChannel],
+    least_gain: f64,
 }
 
 impl Search<'_> {
@@ -150,7 +171,7 @@ impl Search<'_> {
         // A second part must be worth its numbers too.
         for channel in self.suspected {
             let at = *channel as usize;
-            if one.1[at] - best.1[at] < LEAST_GAIN {
+            if one.1[at] - best.1[at] < self.least_gain {
                 (best.0[at], best.1[at]) = (one.0[at], one.1[at]);
             }
         }
@@ -159,7 +180,7 @@ impl Search<'_> {
         self.improve(&mut best, &[0.77, 1.3].map(slower));
         for channel in self.suspected {
             let at = *channel as usize;
-            if plain[at] - best.1[at] < LEAST_GAIN {
+            if plain[at] - best.1[at] < self.least_gain {
                 best.0[at] = white[at];
             }
         }
@@ -245,5 +266,5 @@ pub fn notes(setup: &Setup) -> Vec<String> {
             format!("{name}: noise of {white:.2e} {unit}, and noise that lasts: {} (one sigma)", parts.join(", "))
         })
     };
-    LASTING.into_iter().filter_map(of).collect()
+    SENSORS.iter().flat_map(|sensors| sensors.channels).copied().filter_map(of).collect()
 }

@@ -3,7 +3,7 @@
 use crate::alternatives::{self, Alternative};
 use crate::borne_out::gain_per_block;
 use crate::candidates::{Candidate, Instance, others, set_of};
-use crate::coloured_noise::{self, Noise};
+use crate::coloured_noise::{self, Noise, SENSORS};
 use crate::event_times::{self, Intervals};
 pub use crate::found::{FoundEffect, ParameterEstimate};
 use crate::full_log::FullLog;
@@ -111,13 +111,15 @@ fn select(
 ) -> Option<(Selected<JointFit>, Vec<FoundEffect>)> {
     let mut log = FullLog { log_data, noise_effects: Vec::new() };
     let mut selected = log.select(progress)?;
-    if !log.log_data.is_noise_estimated && !coloured_noise::suspected(log.log_data, &selected.fit.pass).is_empty() {
+    if !log.log_data.is_noise_estimated && coloured_noise::is_suspected(log.log_data, &selected.fit.pass) {
         progress("noise that lasts");
         let log_data = &mut *log.log_data;
         log_data.is_noise_estimated = true;
-        if let Some(noise) = lasting_noise(log_data, &selected.accepted, &log.noise_effects) {
-            log_data.setup.colours = noise.colours;
-            (log_data.own_scale, log_data.setup.scale) = (noise.scale, noise.scale);
+        let noise = lasting_noise(log_data, &selected.accepted, &log.noise_effects)?;
+        if !noise.is_empty() {
+            log_data.setup.scale = log_data.own_scale;
+            noise.iter().for_each(|noise| noise.apply(&mut log_data.setup));
+            log_data.own_scale = log_data.setup.scale;
             // Against noise as it is the timing of the inputs shows better. A lag takes up half a sample of it.
             let is_late = selected.accepted.iter().any(|instance| instance.candidate.is_lag());
             if is_late || !log_data.retime(&selected.accepted)? {
@@ -130,16 +132,21 @@ fn select(
     Some((selected, log.noise_effects))
 }
 
-/// The noise of a log's first minutes, if any of it lasts, beside what was found and terms in no catalogue, so that the
-/// noise does not take up what is none.
-fn lasting_noise(log_data: &PreparedLog, beside: &[Instance], noise_effects: &[FoundEffect]) -> Option<Noise> {
+/// The noise that lasts, beside what was found and terms in no catalogue, so that it does not take up what is none; that of
+/// ranges and fixes beside that of the vehicle's own sensors.
+fn lasting_noise(log_data: &PreparedLog, beside: &[Instance], noise_effects: &[FoundEffect]) -> Option<Vec<Noise>> {
     // Waves are an effect: they are not taken for noise of what they move.
     let waves = noise_effects.iter().any(|found| found.instance.candidate.effect == "waves");
     let kept: &[ResidualChannel] = if waves { &MOVED_BY_WAVES } else { &[] };
     let left = structure::find(log_data, beside, waves)?;
-    let mut first = log_data.first(coloured_noise::LONGEST_S)?;
-    first.setup.proposed = left.hints.iter().map(|hint| (hint.generic, hint.value)).collect();
-    coloured_noise::estimate(&first, &set_of(&first.scope.declared, beside), kept)
+    let mut found: Vec<Noise> = Vec::new();
+    for sensors in &SENSORS {
+        let mut first = log_data.first(sensors.longest_s)?;
+        first.setup.proposed = left.hints.iter().map(|hint| (hint.generic, hint.value)).collect();
+        found.iter().for_each(|noise| noise.apply(&mut first.setup));
+        found.extend(coloured_noise::estimate(&first, &set_of(&first.scope.declared, beside), sensors, kept));
+    }
+    Some(found)
 }
 
 /// Channels that swing in waves.

@@ -1,10 +1,12 @@
-//! Noise that lasts: a first-order Gauss-Markov process beside the white noise of a channel, as a state of the filter.
+//! Noise that lasts: a first-order Gauss-Markov process beside the white noise of a channel, as a state of the filter. Of
+//! ranges every other end has its own.
 //!
 //! With n_j the noise states, c_j their covariances with the vehicle's state and V theirs with each other:
 //! n ← a n, c_j ← a_j Φ c_j, V_ij ← a_i a_j V_ij + σ_j² (1 − a_j²) δ_ij, where a_j = exp(−h/τ_j).
 
 use super::matrix::{self, Square};
-use crate::samples::ResidualChannel;
+use crate::samples::{LogEvent, Reading, ResidualChannel, Samples};
+use std::collections::BTreeSet;
 
 /// A part of a channel's noise that lasts.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -21,8 +23,8 @@ pub struct Colour {
 #[derive(Clone, Debug, Default)]
 pub(super) struct ColourStates {
     colours: Vec<Colour>,
-    /// Places of the colours of each channel.
-    places: [Vec<usize>; ResidualChannel::COUNT],
+    /// Places of the colours of each channel, and the transponder whose they are.
+    places: [Vec<(usize, Option<u32>)>; ResidualChannel::COUNT],
     /// n.
     pub(super) value: Vec<f64>,
     /// c_j, a column each.
@@ -34,18 +36,24 @@ pub(super) struct ColourStates {
 }
 
 impl ColourStates {
-    pub(super) fn new(colours: &[Colour]) -> Self {
+    pub(super) fn new(of_channels: &[Colour], samples: &Samples) -> Self {
+        let mut colours = Vec::new();
+        let mut places: [Vec<(usize, Option<u32>)>; ResidualChannel::COUNT] = Default::default();
+        for colour in of_channels {
+            let ends =
+                if colour.channel == ResidualChannel::Range { other_ends(samples) } else { BTreeSet::from([None]) };
+            for station in ends {
+                places[colour.channel as usize].push((colours.len(), station));
+                colours.push(*colour);
+            }
+        }
         let count = colours.len();
         let mut own = vec![0.0; count * count];
         for (j, colour) in colours.iter().enumerate() {
             own[j * count + j] = colour.sigma * colour.sigma;
         }
-        let mut places: [Vec<usize>; ResidualChannel::COUNT] = Default::default();
-        for (j, colour) in colours.iter().enumerate() {
-            places[colour.channel as usize].push(j);
-        }
         Self {
-            colours: colours.to_vec(),
+            colours,
             places,
             value: vec![0.0; count],
             cross: vec![[0.0; 12]; count],
@@ -58,14 +66,15 @@ impl ColourStates {
         self.colours.len()
     }
 
-    /// Places of the colours of a channel.
-    pub(super) fn of(&self, channel: ResidualChannel) -> impl Iterator<Item = usize> + '_ {
-        self.places[channel as usize].iter().copied()
+    /// Places of the colours of a channel, of a range to this other end.
+    pub(super) fn of(&self, (channel, end): (ResidualChannel, Option<u32>)) -> impl Iterator<Item = usize> + '_ {
+        let is_own = move |(_, station): &&(usize, Option<u32>)| channel != ResidualChannel::Range || *station == end;
+        self.places[channel as usize].iter().filter(is_own).map(|(j, _)| *j)
     }
 
-    /// What the noise states add to the prediction of a channel.
-    pub(super) fn reading(&self, channel: ResidualChannel) -> f64 {
-        self.of(channel).map(|j| self.value[j]).sum()
+    /// What the noise states add to the prediction of a scalar.
+    pub(super) fn reading(&self, of: (ResidualChannel, Option<u32>)) -> f64 {
+        self.of(of).map(|j| self.value[j]).sum()
     }
 
     /// What each state kept in the last step.
@@ -97,10 +106,10 @@ impl ColourStates {
         }
     }
 
-    /// Σ of c_j over the colours of a channel: what they add to P hᵀ.
-    pub(super) fn cross_of(&self, channel: ResidualChannel) -> [f64; 12] {
+    /// Σ of c_j over the colours of a scalar: what they add to P hᵀ.
+    pub(super) fn cross_of(&self, of: (ResidualChannel, Option<u32>)) -> [f64; 12] {
         let mut sum = [0.0; 12];
-        for j in self.of(channel) {
+        for j in self.of(of) {
             for (sum, c) in sum.iter_mut().zip(&self.cross[j]) {
                 *sum += c;
             }
@@ -108,14 +117,14 @@ impl ColourStates {
         sum
     }
 
-    /// Covariance of every noise state with the scalar of a channel that is read with `h`.
-    pub(super) fn with_scalar(&self, channel: ResidualChannel, h: &[f64; 12]) -> Vec<f64> {
+    /// Covariance of every noise state with the scalar that is read with `h` and `load` times its colours.
+    pub(super) fn with_scalar(&self, of: (ResidualChannel, Option<u32>), load: f64, h: &[f64; 12]) -> Vec<f64> {
         let count = self.count();
         let read: Vec<(usize, f64)> = h.iter().copied().enumerate().filter(|(_, factor)| *factor != 0.0).collect();
-        let of = &self.places[channel as usize];
+        let of: Vec<usize> = self.of(of).collect();
         let covariance = |(cross, own): (&[f64; 12], &[f64])| {
             let by_state: f64 = read.iter().map(|(i, factor)| cross[*i] * factor).sum();
-            by_state + of.iter().map(|j| own[*j]).sum::<f64>()
+            by_state + load * of.iter().map(|j| own[*j]).sum::<f64>()
         };
         self.cross.iter().zip(self.own.chunks_exact(count.max(1))).map(covariance).collect()
     }
@@ -134,4 +143,13 @@ impl ColourStates {
             self.value[i] += gain * innovation;
         }
     }
+}
+
+/// Whom ranges are measured to: the ship, fixed transponders.
+fn other_ends(samples: &Samples) -> BTreeSet<Option<u32>> {
+    let of = |(_, event): &(f64, LogEvent)| match event {
+        LogEvent::Reading(Reading::Acoustic { ship, .. }) => Some(ship.station.map(|(number, _)| number)),
+        _ => None,
+    };
+    samples.events.iter().filter_map(of).collect()
 }

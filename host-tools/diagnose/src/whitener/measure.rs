@@ -2,6 +2,7 @@
 
 use super::{Filter, Kind, LANES, Residual, matrix};
 use crate::log_effects::PathAt;
+use crate::noise;
 use crate::normal_equations::BlockEquationsBuilder;
 use crate::regressors::{self, Snapshot, Target};
 use crate::samples::{Reading, ResidualChannel, ShipAtLaunch};
@@ -26,6 +27,8 @@ struct Prediction {
     /// ∂(truth)/∂x.
     jacobian: Jacobian,
     variance: [f64; 3],
+    /// Factor of noise that lasts on its sigma, which is for what is declared of the sensor.
+    lasting: [f64; 3],
     /// Factor on the variance where neighbouring readings share a part of their errors.
     alike: f64,
     /// Rᵀ: what a velocity of the water adds to the scalars, by its north and east part.
@@ -69,6 +72,7 @@ impl Filter<'_> {
                 measured: [0.0; 3],
                 jacobian: Jacobian::zeros(),
                 variance: [sigma * sigma; 3],
+                lasting: [1.0; 3],
                 alike: 1.0,
                 by_water: [[0.0; 3]; 2],
                 path: PathAt::default(),
@@ -155,6 +159,7 @@ impl Filter<'_> {
             measured: [measured, 0.0, 0.0],
             jacobian,
             variance: [sensors.range_m.powi(2) + horizontal(&path.direction) * ship.position_variance_m2; 3],
+            lasting: [1.0; 3],
             alike: 1.0,
             by_water: [[0.0; 3]; 2],
             path: PathAt {
@@ -177,7 +182,7 @@ impl Filter<'_> {
         let along = models::distance(&measured)?.direction;
         let axes = triad(&along);
         let mut jacobian = Jacobian::zeros();
-        let (mut truth, mut variance) = ([0.0; 3], [0.0; 3]);
+        let (mut truth, mut variance, mut lasting) = ([0.0; 3], [0.0; 3], [0.0; 3]);
         let range_sigma_m = usbl.range_sigma_m.unwrap_or(self.setup.sensors.range_m);
         let across_m = usbl.range_m * usbl.angle_sigma_rad;
         for (i, (axis, sigma)) in axes.iter().zip([range_sigma_m, across_m, across_m]).enumerate() {
@@ -186,6 +191,8 @@ impl Filter<'_> {
             let turned = (baseline.by_attitude + by_attitude).tr_mul(axis);
             jacobian.fixed_view_mut::<1, 3>(i, PHI).tr_copy_from(&turned);
             variance[i] = sigma * sigma + horizontal(axis) * ship.position_variance_m2;
+            let channel = ResidualChannel::ALL[ResidualChannel::UsblAlong as usize + i];
+            lasting[i] = sigma / noise::declared(channel, &self.setup.sensors);
         }
         truth[0] += usbl.range_m;
         Some(Prediction {
@@ -196,6 +203,7 @@ impl Filter<'_> {
             measured: [usbl.range_m, 0.0, 0.0],
             jacobian,
             variance,
+            lasting,
             alike: 1.0,
             by_water: [[0.0; 3]; 2],
             path: PathAt { ned: along.into(), ..PathAt::default() },
@@ -229,6 +237,7 @@ impl Filter<'_> {
             measured: [measured, 0.0, 0.0],
             jacobian,
             variance: [sensors.range_rate_mps.powi(2) + horizontal(&unit) * ship.velocity_variance_m2ps2; 3],
+            lasting: [1.0; 3],
             alike: 1.0,
             by_water: [[unit.x, 0.0, 0.0], [unit.y, 0.0, 0.0]],
             path: PathAt::default(),
@@ -270,7 +279,8 @@ impl Filter<'_> {
             let h: [f64; 12] = std::array::from_fn(|i| jacobian[(axis, i)]);
             let mut moved = self.x - x0;
             moved[PSI] = wrap_angle(moved[PSI]);
-            let lasting = self.colours.reading(channel);
+            let (of, load) = ((channel, prediction.path.station), prediction.lasting[axis]);
+            let lasting = load * self.colours.reading(of);
             let mut innovation =
                 prediction.measured[axis] - read[axis] - proposed[axis] - lasting - dot(&h, &moved.into());
             if prediction.sensor == SensorChannel::Attitude {
@@ -278,13 +288,13 @@ impl Filter<'_> {
             }
             // P is symmetric.
             let mut ph = matrix::apply_turned(&self.p, &h);
-            for (ph, cross) in ph.iter_mut().zip(self.colours.cross_of(channel)) {
-                *ph += cross;
+            for (ph, cross) in ph.iter_mut().zip(self.colours.cross_of(of)) {
+                *ph += load * cross;
             }
-            let pn = self.colours.with_scalar(channel, &h);
-            let lasting: f64 = self.colours.of(channel).map(|j| pn[j]).sum();
+            let pn = self.colours.with_scalar(of, load, &h);
+            let lasting: f64 = self.colours.of(of).map(|j| pn[j]).sum();
             let variance =
-                dot(&h, &ph) + lasting + (prediction.variance[axis] + added) * scale * scale * prediction.alike;
+                dot(&h, &ph) + load * lasting + (prediction.variance[axis] + added) * scale * scale * prediction.alike;
             let sigma = variance.sqrt();
             let (alike, station) = (prediction.alike, prediction.path.station);
             residuals.push(Residual { t_s, channel, innovation, sigma, alike, used, station });
@@ -380,9 +390,9 @@ impl Filter<'_> {
                     sum[j] += factor * line[j];
                 }
             }
-            for colour in self.colours.of(channel) {
+            for colour in self.colours.of((channel, prediction.path.station)) {
                 for j in 0..LANES {
-                    sum[j] += group[12 + colour][j];
+                    sum[j] += prediction.lasting[axis] * group[12 + colour][j];
                 }
             }
             *row = sum;

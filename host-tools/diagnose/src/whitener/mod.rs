@@ -263,7 +263,8 @@ impl<'a> Filter<'a> {
         let has_monomials = prepared.iter().any(|term| matches!(term.kind, Kind::GenericTerm { .. }));
         let has_dvl = samples.events.iter().any(|(_, event)| matches!(event, LogEvent::Reading(Reading::Dvl(_))));
         let groups = columns.div_ceil(LANES);
-        let lines = 12 + setup.colours.len();
+        let colours = ColourStates::new(&setup.colours, samples);
+        let lines = 12 + colours.count();
         Some(Self {
             setup,
             model,
@@ -277,7 +278,7 @@ impl<'a> Filter<'a> {
             x: VehicleState::zeros(),
             p: matrix::ZERO,
             input: InputLine::default(),
-            colours: ColourStates::new(&setup.colours),
+            colours,
             slopes: vec![[0.0; LANES]; groups * lines],
             row: vec![[0.0; LANES]; groups],
             gains: Vec::with_capacity(lines),
