@@ -104,11 +104,7 @@ fn model() -> impl TypedValueParser<Value = Model> {
 }
 
 fn water() -> impl TypedValueParser<Value = Area> {
-    PossibleValuesParser::new(["lake", "coast", "strait"]).map(|name| match name.as_str() {
-        "lake" => Area::Lake,
-        "strait" => Area::Strait,
-        _ => Area::Coast,
-    })
+    PossibleValuesParser::new(["lake", "coast", "strait"]).try_map(|name| navigate::water(&name))
 }
 
 fn length(text: &str) -> Result<f64, String> {

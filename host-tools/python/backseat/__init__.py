@@ -369,6 +369,8 @@ def navigate(
     current: bool = False,
     packet: bool = False,
     smooth: bool = False,
+    water: str = "coast",
+    receiver_bias_m: float = 1.5,
     ship: Optional[PathLike] = None,
     modem: Union[PathLike, Sequence[PathLike]] = (),
     origin_deg: Optional[Tuple[float, float]] = None,
@@ -382,7 +384,9 @@ def navigate(
     ``vehicle``: the built-in reference if left out. ``model``: "robust", "nominal", "thesis" or "kinematic"; the best that the log
     supports if left out. ``dvl``, ``range_rate``: whether to use them. ``current``: estimate a steady water current as
     well (the robust model always does). ``packet``: take the ship from the packets alone instead of its GNSS.
-    ``smooth``: the best estimate of each time from the whole log as well. ``truth``: a CSV to compare with.
+    ``smooth``: the best estimate of each time from the whole log as well. ``truth``: a CSV to compare with. For the
+    protection level, ``water``: "lake", "coast" or "strait", how much the current may change; ``receiver_bias_m``: one
+    sigma per axis of the slow errors of the receivers of vehicle and ship.
 
     ``ship``: the log of the ship's GNSS (NMEA with RMC and GGA), ``modem``: that of the vehicle's modem, of the ship's,
     or of both, joined by time; ``origin_deg``: latitude and longitude of the origin of a vehicle's log that has
@@ -393,7 +397,8 @@ def navigate(
     modems = [modem] if isinstance(modem, (str, os.PathLike)) else modem
     beside = (_optional_file(ship), [_file(path) for path in modems], origin_deg, _optional_file(terms))
     text, track, smoothed, page, found = _backseat.navigate(
-        _log(log), _vehicle(vehicle), _optional_file(truth), model, switches, beside, report is not None
+        _log(log), _vehicle(vehicle), _optional_file(truth), model, switches, (water, float(receiver_bias_m)), beside,
+        report is not None,
     )
     learnt = None if found is None else Vehicle(found[0])
     if learn is not None:

@@ -5,7 +5,7 @@ use crate::error;
 use crate::interruptible;
 use crate::log::Log;
 use crate::vehicle::Vehicle;
-use backseat_analysis::navigate::{Estimate, Model, NavigationResult, Settings, Trial, take_out_file};
+use backseat_analysis::navigate::{Estimate, Model, NavigationResult, Settings, Trial, take_out_file, water};
 use backseat_estimation::filter::TrackSample;
 use backseat_logs::{STATE_COLUMNS, Truth, VehicleFile};
 use backseat_report::Report;
@@ -20,7 +20,7 @@ type Beside = (Option<PathBuf>, Vec<PathBuf>, Option<[f64; 2]>, Option<PathBuf>)
 
 /// Runs the navigation filter over a log.
 #[pyfunction]
-#[pyo3(signature = (log, vehicle, truth, model, switches, beside, wants_page))]
+#[pyo3(signature = (log, vehicle, truth, model, switches, level, beside, wants_page))]
 #[allow(clippy::too_many_arguments)] // groups of the command's flags
 pub fn navigate<'py>(
     py: Python<'py>,
@@ -29,13 +29,19 @@ pub fn navigate<'py>(
     truth: Option<PathBuf>,
     model: Option<&str>,
     switches: [bool; 5],
+    level: (String, f64),
     beside: Beside,
     wants_page: bool,
 ) -> PyResult<Found<'py>> {
     let [no_dvl, no_range_rate, current, packet, smooth] = switches;
     let model: Option<Model> =
         model.map(str::parse).transpose().map_err(|message: String| PyValueError::new_err(message))?;
-    let settings = Settings { model, no_dvl, no_range_rate, current, packet, smooth, ..Settings::default() };
+    let (area, receiver_bias_m) = level;
+    let water = water(&area).map_err(PyValueError::new_err)?;
+    if !(0.0..=1e3).contains(&receiver_bias_m) {
+        return Err(PyValueError::new_err(format!("receiver_bias_m {receiver_bias_m}: expected metres, 0 to 1000")));
+    }
+    let settings = Settings { model, no_dvl, no_range_rate, current, packet, smooth, water, receiver_bias_m };
     let truth = truth.map(|path| Truth::read(&path)).transpose().map_err(error)?;
     let declared = vehicle.map_or_else(VehicleFile::reference, |vehicle| vehicle.file.clone());
     let (ship, modem, origin_deg, terms) = beside;

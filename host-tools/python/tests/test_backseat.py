@@ -44,6 +44,15 @@ class SameNumbers(unittest.TestCase):
         self.assertEqual(len(ours.summary["digest"]), 16)
         self.assertEqual(ours.track["x_m"][-1], theirs["final"]["x_m"])
 
+    def test_what_the_protection_level_is_told(self):
+        ours = backseat.navigate(DIVE, dvl=False, water="strait", receiver_bias_m=3)
+        theirs = command("navigate", DIVE, "--no-dvl", "--water", "strait", "--receiver-bias", "3", "--json")
+        self.same(ours.summary, theirs)
+        self.assertNotEqual(ours.summary["level"], backseat.navigate(DIVE, dvl=False).summary["level"])
+        for wrong in ({"water": "sea"}, {"receiver_bias_m": -1}):
+            with self.assertRaisesRegex(ValueError, "expected"):
+                backseat.navigate(DIVE, **wrong)
+
     def test_arrays_in_are_the_log(self):
         log = backseat.read(DIVE)
         again = backseat.Log.from_columns(log.columns)

@@ -95,6 +95,19 @@ impl FromStr for Model {
     }
 }
 
+/// Waters by their name.
+///
+/// # Errors
+/// There are none of this name.
+pub fn water(name: &str) -> Result<Area, String> {
+    match name {
+        "lake" => Ok(Area::Lake),
+        "coast" => Ok(Area::Coast),
+        "strait" => Ok(Area::Strait),
+        _ => Err(format!("water {name:?}: expected lake, coast or strait")),
+    }
+}
+
 /// What runs over the log.
 enum Plan {
     Filter(Box<FilterOptions>),
