@@ -11,7 +11,7 @@ use crate::requests;
 use crate::ring::Ring;
 use backseat_wire::Counts;
 use backseat_wire::hostlink::{
-    self, BoardLog, FromBoard, Hardware, Mode, ModeReason, Oscillator, Port, Refusal, Step, StepDone, ToBoard,
+    self, BoardLog, FromBoard, Hardware, ImageId, Mode, ModeReason, Oscillator, Port, Refusal, Step, StepDone, ToBoard,
 };
 #[cfg(feature = "static-filter")]
 use core::mem::offset_of;
@@ -56,15 +56,15 @@ impl App {
         }
     }
 
-    /// This image has a build ID that begins so.
-    pub fn set_build(&mut self, build: u32) {
-        self.backseat.host.build = build;
+    /// This image has a build ID that begins so, and this CRC-32.
+    pub fn set_image(&mut self, build: u32, crc: u32) {
+        (self.backseat.host.build, self.backseat.host.crc) = (build, crc);
     }
 
-    /// See [`Self::set_build`]; 0 without.
+    /// See [`Self::set_image`]; zeros without.
     #[must_use]
-    pub fn build(&self) -> u32 {
-        self.backseat.host.build
+    pub fn image(&self) -> ImageId {
+        self.backseat.host.image()
     }
 
     /// Forgets everything but parameters and mission, as a power-up would.
