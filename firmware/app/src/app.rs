@@ -115,6 +115,7 @@ impl App {
     }
 
     /// Navigates, steers and reports; every 0.1 s. A step that is not after the last does nothing.
+    #[inline(never)] // its parts are calls, so that their bytes take turns on the stack
     pub fn step(&mut self, time_us: u64) {
         if self.backseat.step(time_us) {
             self.backseat.report(time_us, &mut self.host_out);

@@ -161,8 +161,7 @@ impl Backseat {
         self.state.last_step_us.unwrap_or(0)
     }
 
-    /// One step; false when it is not after the last. Its parts are calls, so that their bytes take turns on the stack.
-    #[inline(never)]
+    /// One step; false when it is not after the last.
     pub fn step(&mut self, now_us: u64) -> bool {
         if self.state.last_step_us.is_some_and(|last_us| now_us <= last_us) {
             return false;

@@ -18,8 +18,8 @@ pub use sources::{SourceHistory, Turn};
 use backseat_app::parameters::{self, PARAMETER_SCHEMA, Settings};
 use backseat_core::identification::theta::{self, theta_of};
 use backseat_wire::hostlink::{
-    Decoder, Estimates, FaultReport, FromBoard, Health, Identification, LogState, Mode, ModeReason, Naming, Port,
-    Refusal, Restart, Ship, Telemetry, ToBoard, Waypoint,
+    Decoder, Estimates, FaultReport, FromBoard, Health, Identification, ImageId, LogState, Mode, ModeReason, Naming,
+    Port, Refusal, Restart, Ship, Telemetry, ToBoard, Waypoint,
 };
 use enquiry::Enquiry;
 use learned::Learned;
@@ -238,7 +238,10 @@ impl Model {
             }
             FromBoard::Health(health) => self.health(now_us, health),
             FromBoard::Hello { firmware, parameter_schema, image } => {
-                let firmware = format!("{} ({image})", backseat_link::printable(firmware));
+                let mut firmware = backseat_link::printable(firmware);
+                if image != ImageId::default() {
+                    firmware += &format!(" ({image})");
+                }
                 self.enquiry.hello();
                 self.same_schema = parameter_schema == PARAMETER_SCHEMA;
                 self.is_complete = false;
