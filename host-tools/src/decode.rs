@@ -17,7 +17,8 @@ use backseat_logs::session::{Entry, Event};
 use backseat_logs::{Column, LogRow};
 use backseat_wire::calendar::DAY_US;
 use backseat_wire::hostlink::{
-    Decoder, Estimates, FromBoard, FusionTelemetry, Identification, Mode, ModeReason, Naming, Port, Telemetry, ToBoard,
+    Decoder, Estimates, FromBoard, FusionTelemetry, Identification, ImageId, Mode, ModeReason, Naming, Port, Telemetry,
+    ToBoard,
 };
 
 /// A decoded record with its time by the log's clock.
@@ -87,6 +88,8 @@ pub struct Decoding {
     to_board: Decoder,
     from_board: Decoder,
     board: BoardRecords,
+    /// Of the last start.
+    image: Option<ImageId>,
 }
 
 /// The board's last records.
@@ -116,6 +119,7 @@ impl Decoding {
             to_board: Decoder::new(),
             from_board: Decoder::new(),
             board: BoardRecords::default(),
+            image: None,
         }
     }
 
@@ -150,13 +154,12 @@ impl Decoding {
             Event::Oscillator(oscillator) => {
                 say(EventKind::Recorder, format!("the board's clock counts: {oscillator:?}"))
             }
-            Event::Start { firmware, build, restart, .. } => {
+            Event::Start { firmware, image, restart, .. } => {
+                let other = self.image.replace(*image).filter(|before| before != image);
+                let other = other.map_or(String::new(), |before| format!("; another image than before: {before}"));
                 let crash = restart.crash.map_or(String::new(), |crash| format!("; before: {crash}"));
                 let cause = restart.cause;
-                say(
-                    EventKind::Start,
-                    format!("board started, firmware {firmware} (image {build:08x}), {cause:?}{crash}"),
-                );
+                say(EventKind::Start, format!("board started, firmware {firmware} ({image}), {cause:?}{crash}{other}"));
             }
             Event::Restart => say(EventKind::Start, "clock at zero".to_owned()),
             Event::Note(note) => say(EventKind::Recorder, note.clone()),

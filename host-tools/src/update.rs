@@ -4,7 +4,7 @@ use crate::board::Common;
 use anyhow::ensure;
 use backseat_link::board::Board;
 use backseat_link::image::FirmwareImage;
-use backseat_wire::hostlink::{Images, StoredImage};
+use backseat_wire::hostlink::{ImageId, Images, StoredImage};
 use serde_json::json;
 use std::path::PathBuf;
 
@@ -81,13 +81,14 @@ fn text_of(board: &Board, images: &Images) -> String {
         }
     };
     let identity = &board.identity;
-    format!("image {:08x}, {}: {runs}\nother bank: {other}\n", identity.build, identity.firmware)
+    format!("{}, {}: {runs}\nother bank: {other}\n", identity.image, identity.firmware)
 }
 
 fn json_of(board: &Board, images: &Images) -> serde_json::Value {
     let other = images.other.map(|StoredImage { image, starts, confirmed }| {
         json!({"build": format!("{:08x}", image.build), "bytes": image.length, "starts": starts, "confirmed": confirmed})
     });
-    json!({"build": format!("{:08x}", board.identity.build), "firmware": board.identity.firmware,
+    let ImageId { build, crc, commit } = board.identity.image;
+    json!({"build": format!("{build:08x}"), "crc": format!("{crc:08x}"), "commit": format!("{commit:08x}"), "firmware": board.identity.firmware,
            "trial_start": images.trial, "other": other})
 }

@@ -11,7 +11,7 @@ use crate::requests;
 use crate::ring::Ring;
 use backseat_wire::Counts;
 use backseat_wire::hostlink::{
-    self, BoardLog, FromBoard, Hardware, Mode, ModeReason, Oscillator, Port, Refusal, Step, StepDone, ToBoard,
+    self, BoardLog, FromBoard, Hardware, ImageId, Mode, ModeReason, Oscillator, Port, Refusal, Step, StepDone, ToBoard,
 };
 #[cfg(feature = "static-filter")]
 use core::mem::offset_of;
@@ -56,15 +56,15 @@ impl App {
         }
     }
 
-    /// This image has a build ID that begins so.
-    pub fn set_build(&mut self, build: u32) {
-        self.backseat.host.build = build;
+    /// This image has a build ID that begins so, and this CRC-32.
+    pub fn set_image(&mut self, build: u32, crc: u32) {
+        (self.backseat.host.build, self.backseat.host.crc) = (build, crc);
     }
 
-    /// See [`Self::set_build`]; 0 without.
+    /// See [`Self::set_image`]; zeros without.
     #[must_use]
-    pub fn build(&self) -> u32 {
-        self.backseat.host.build
+    pub fn image(&self) -> ImageId {
+        self.backseat.host.image()
     }
 
     /// Forgets everything but parameters and mission, as a power-up would.
@@ -115,6 +115,7 @@ impl App {
     }
 
     /// Navigates, steers and reports; every 0.1 s. A step that is not after the last does nothing.
+    #[inline(never)] // its parts are calls, so that their bytes take turns on the stack
     pub fn step(&mut self, time_us: u64) {
         if self.backseat.step(time_us) {
             self.backseat.report(time_us, &mut self.host_out);

@@ -174,17 +174,7 @@ impl Backseat {
             // the active set was checked when it was committed; the defaults are valid
             self.state.configured = configure(self.parameters.active(), &mut self.estimator, &mut self.steering);
         }
-        let Self { parameters, links, inputs, estimator, steering, .. } = self;
-        let settings = parameters.active();
-        if let Some((time_us, input)) = steering.hear_echo(links.frontseat.echo(), &settings.app) {
-            inputs.command(time_us, &input);
-        }
-        estimator.declare(&settings.app, links.frontseat.hdop());
-        let failed = !rests && estimator.step(now_us, inputs, settings, &self.clock).is_err();
-        // Before it is initialised the filter holds an old state, or none.
-        if estimator.navigator().is_initialised() {
-            self.state.digest = estimator.navigator().digest_from(self.state.digest);
-        }
+        let failed = self.navigate(now_us, rests);
         self.draw_consequences(now_us);
         let mut orders = Orders::default();
         self.judge(now_us, failed, &mut orders);
@@ -198,7 +188,25 @@ impl Backseat {
         true
     }
 
+    /// The filter's part of the step, unless it rests; whether it failed.
+    #[inline(never)]
+    fn navigate(&mut self, now_us: u64, rests: bool) -> bool {
+        let Self { parameters, links, inputs, estimator, steering, .. } = self;
+        let settings = parameters.active();
+        if let Some((time_us, input)) = steering.hear_echo(links.frontseat.echo(), &settings.app) {
+            inputs.command(time_us, &input);
+        }
+        estimator.declare(&settings.app, links.frontseat.hdop());
+        let failed = !rests && estimator.step(now_us, inputs, settings, &self.clock).is_err();
+        // Before it is initialised the filter holds an old state, or none.
+        if estimator.navigator().is_initialised() {
+            self.state.digest = estimator.navigator().digest_from(self.state.digest);
+        }
+        failed
+    }
+
     /// The mode of the step, and what follows from it.
+    #[inline(never)]
     fn judge(&mut self, now_us: u64, failed: bool, orders: &mut Orders) {
         let facts = self.facts(now_us, failed);
         let settings = &self.parameters.active().app;
@@ -301,6 +309,7 @@ impl Backseat {
         }
     }
 
+    #[inline(never)]
     fn steer(&mut self, now_us: u64, orders: &mut Orders) {
         let situation = Situation {
             now_us,
@@ -323,6 +332,7 @@ impl Backseat {
     }
 
     /// Requests and configuration that are due.
+    #[inline(never)]
     fn ask(&mut self, now_us: u64) {
         let Self { links, parameters, out, .. } = self;
         links.ask(now_us, &parameters.active().app, |port, bytes| {
@@ -392,6 +402,7 @@ impl Backseat {
     }
 
     /// Telemetry of the step: each fusion, then the step itself.
+    #[inline(never)]
     pub fn report(&mut self, now_us: u64, out: &mut Ring<HOST_RING>) {
         if core::mem::take(&mut self.drivers.news) {
             send(out, &FromBoard::Health(self.link_health()));
@@ -484,6 +495,7 @@ impl Backseat {
 }
 
 /// Builds filter and controller from settings; false when one of them refuses.
+#[inline(never)]
 pub fn configure(settings: &Settings, estimator: &mut Estimator, steering: &mut Steering) -> bool {
     let Ok(model) = VehicleModel::new(&settings.vehicle) else { return false };
     estimator.configure(settings, &model).is_ok() && steering.configure(&settings.control, &model).is_ok()

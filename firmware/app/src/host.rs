@@ -3,11 +3,20 @@
 use crate::held::Held;
 use crate::mission::MissionTransfer;
 use crate::ring::Ring;
-use backseat_wire::hostlink::{FromBoard, MAX_FRAME, Refusal, Restart, Signed, ToBoard, encode};
+use backseat_wire::hostlink::{FromBoard, ImageId, MAX_FRAME, Refusal, Restart, Signed, ToBoard, encode};
 use backseat_wire::ship_state::Key;
 
 /// Bytes that may wait for the host: some twenty steps of telemetry.
 pub const HOST_RING: usize = 8192;
+
+/// First four bytes of the commit that this release was made from (`.ci/release`); 0: no release.
+pub const COMMIT: u32 = match option_env!("BACKSEAT_COMMIT") {
+    Some(digits) => match u32::from_str_radix(digits, 16) {
+        Ok(commit) => commit,
+        Err(_) => panic!("BACKSEAT_COMMIT: expected the first eight digits of a commit"),
+    },
+    None => 0,
+};
 
 /// Queues one message to the host.
 pub fn send(out: &mut Ring<HOST_RING>, message: &FromBoard<'_>) {
@@ -30,8 +39,9 @@ pub struct Host {
     pub key_us: u64,
     /// Why the board started.
     pub last_restart: Held<Restart>,
-    /// Which image this is, for `Hello`.
+    /// Build ID and CRC-32 of the image that runs.
     pub build: u32,
+    pub crc: u32,
     /// Another at each start of the board: what was signed for an earlier one is worth nothing.
     pub challenge: u64,
     /// Of the last signed request that was taken.
@@ -52,10 +62,16 @@ impl Host {
             key_us: 0,
             last_restart: Held::none(),
             build: 0,
+            crc: 0,
             challenge: 0,
             counter: 0,
             refused: 0,
         }
+    }
+
+    /// The image that runs.
+    pub fn image(&self) -> ImageId {
+        ImageId { build: self.build, crc: self.crc, commit: COMMIT }
     }
 
     /// What a message asks for, if its sender may ask for it. With a key, what changes a flight has to be signed; a

@@ -68,6 +68,7 @@ mod wiggle;
 pub use app::App;
 pub use geodesy::LocalFrame;
 pub use health::Health;
+pub use host::COMMIT;
 pub use inputs::Loss;
 pub use pump::{PARTIAL_US, PortFailure, Progress, Pump, SILENT_US, START_US};
 pub use recorded::{Recorder, poll_recorded, record_start};

@@ -16,8 +16,8 @@ pub trait Recorder {
 
 /// Records why the board started and what it starts with; `record` is the restart record as found.
 pub fn record_start<R: Recorder>(recorder: &mut R, app: &App, restart: Restart, record: &[u8]) {
-    let (firmware, build) = (env!("CARGO_PKG_VERSION"), app.build());
-    recorder.record(&LogRecord::Start { firmware, parameter_schema: PARAMETER_SCHEMA, build, restart, record });
+    let (firmware, image) = (env!("CARGO_PKG_VERSION"), app.image());
+    recorder.record(&LogRecord::Start { firmware, parameter_schema: PARAMETER_SCHEMA, image, restart, record });
     for (first, parameters) in (0..).step_by(VALUES).zip(PARAMETERS.chunks(VALUES)) {
         let values = parameters.iter().map(|parameter| parameter.get(app.parameters())).collect();
         recorder.record(&LogRecord::Parameters { first, values });

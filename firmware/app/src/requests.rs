@@ -22,7 +22,7 @@ pub fn answer(backseat: &mut Backseat, request: &ToBoard<'_>, trusted: bool, out
         ToBoard::Step(_) | ToBoard::Signed(_) => return,
         ToBoard::Hello => {
             let firmware = concat!("backseat ", env!("CARGO_PKG_VERSION"));
-            FromBoard::Hello { firmware, parameter_schema: PARAMETER_SCHEMA, build: backseat.host.build }
+            FromBoard::Hello { firmware, parameter_schema: PARAMETER_SCHEMA, image: backseat.host.image() }
         }
         ToBoard::ParameterBegin => outcome(may_write(backseat).map(|()| backseat.parameters.begin())),
         ToBoard::ParameterSet { name, value } => {

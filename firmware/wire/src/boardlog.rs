@@ -7,7 +7,7 @@
 //! sees: handed to an app that starts from [`LogRecord::Start`] and [`LogRecord::Parameters`], they
 //! give the same digests again.
 
-use crate::hostlink::{Oscillator, Port, Restart};
+use crate::hostlink::{ImageId, Oscillator, Port, Restart};
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
@@ -23,8 +23,8 @@ pub enum LogRecord<'a> {
         firmware: &'a str,
         /// Version of the parameter list.
         parameter_schema: u16,
-        /// First four bytes of the image's build ID; 0: it has none.
-        build: u32,
+        /// Which image ran.
+        image: ImageId,
         /// Why it started.
         restart: Restart,
         /// The restart record that was found, as it was stored; empty when there was none.
@@ -92,8 +92,9 @@ mod tests {
     fn records_come_back_and_a_cut_costs_the_last_one() {
         let bytes: StdVec<u8> = (0..=255).collect();
         let restart = Restart { cause: ResetCause::Watchdog, resets: 2, safe: false, crash: None };
+        let image = ImageId { build: 7, crc: 8, commit: 9 };
         let records = [
-            LogRecord::Start { firmware: "backseat 0.1.0", parameter_schema: 1, build: 7, restart, record: &[0; 112] },
+            LogRecord::Start { firmware: "backseat 0.1.0", parameter_schema: 1, image, restart, record: &[0; 112] },
             LogRecord::Parameters { first: 32, values: (0..VALUES).map(|i| i as f64 - 0.5).collect() },
             LogRecord::Received { port: Port::Dvl, time_us: 7, bytes: &bytes },
             LogRecord::Sent { port: Port::Host, time_us: u64::MAX, bytes: &[] },

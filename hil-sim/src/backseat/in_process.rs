@@ -7,7 +7,7 @@ use backseat_app::store::{ParameterFlash, RestartRecord};
 use backseat_app::{App, Health, Progress, Pump};
 use backseat_link::{BackseatError, Ports, Reset};
 use backseat_logs::session::Event;
-use backseat_wire::hostlink::Port;
+use backseat_wire::hostlink::{ImageId, Port};
 use std::collections::VecDeque;
 use std::convert::Infallible;
 
@@ -110,7 +110,7 @@ impl InProcess {
         let mut started = vec![Event::Start {
             firmware: env!("CARGO_PKG_VERSION").to_owned(),
             parameter_schema: PARAMETER_SCHEMA,
-            build: 0,
+            image: ImageId::default(),
             restart: record.report(cause, None),
             record: last.encode().to_vec(),
         }];

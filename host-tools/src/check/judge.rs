@@ -6,7 +6,7 @@ use backseat_link::board::{Declared, Identity};
 use backseat_logs::data_sheets;
 use backseat_wire::calendar::DateTime;
 use backseat_wire::hostlink::{
-    BoardLog, Hardware, Health, LogState, Mode, ModeReason, Oscillator, Port, Restart, Telemetry,
+    BoardLog, Hardware, Health, Images, LogState, Mode, ModeReason, Oscillator, Port, Restart, StoredImage, Telemetry,
 };
 use serde_json::{Value, json};
 use std::fmt;
@@ -76,6 +76,8 @@ impl fmt::Display for CheckLine {
 /// What was observed of a board.
 pub struct Look {
     pub identity: Identity,
+    /// None: it has no second bank.
+    pub images: Option<Images>,
     pub parameters: Vec<Declared>,
     pub waypoints: usize,
     /// Before and after the watch.
@@ -92,6 +94,7 @@ pub struct Look {
 /// Every check, in the order of a table.
 pub fn lines(look: &Look) -> Vec<CheckLine> {
     let mut lines = vec![firmware(&look.identity), restart(look.identity.restart.as_ref()), telemetry(look)];
+    lines.extend(look.images.as_ref().map(images));
     lines.extend(Port::DEVICES.map(|port| device(look, port)));
     lines.extend([
         losses(look),
@@ -112,12 +115,26 @@ pub fn lines(look: &Look) -> Vec<CheckLine> {
 }
 
 fn firmware(identity: &Identity) -> CheckLine {
-    let Identity { firmware, schema, build, .. } = identity;
+    let Identity { firmware, schema, image, .. } = identity;
     let same = *schema == PARAMETER_SCHEMA;
     let other = if same { String::new() } else { format!("; this program knows version {PARAMETER_SCHEMA}") };
     let verdict = if same { Verdict::Pass } else { Verdict::Note };
-    let image = if *build == 0 { String::new() } else { format!(", image {build:08x}") };
-    CheckLine::new(verdict, "firmware", format!("{firmware}{image}, parameter list version {schema}{other}"))
+    CheckLine::new(verdict, "firmware", format!("{firmware} ({image}), parameter list version {schema}{other}"))
+}
+
+/// Of the two banks: no mission starts while an image is on trial.
+fn images(images: &Images) -> CheckLine {
+    let (verdict, found) = match (images.trial, images.other) {
+        (Some(starts), _) => {
+            let found = format!("on trial, start {starts}: no mission starts. Next: backseat update PORT --confirm");
+            (Verdict::Fail, found)
+        }
+        (None, Some(StoredImage { image, starts: 1.., confirmed: false })) => {
+            (Verdict::Note, format!("back from image {:08x}, which was started and not confirmed", image.build))
+        }
+        (None, _) => (Verdict::Pass, "the one that runs stays".to_owned()),
+    };
+    CheckLine::new(verdict, "image", found)
 }
 
 fn restart(restart: Option<&Restart>) -> CheckLine {
@@ -414,7 +431,7 @@ fn key(look: &Look) -> CheckLine {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use backseat_wire::hostlink::Stack;
+    use backseat_wire::hostlink::{Image, ImageId, Stack};
 
     fn look(before: [u32; 5], after: [u32; 5]) -> Look {
         let health = |receive_losses| Health {
@@ -431,7 +448,13 @@ mod tests {
             log: BoardLog::NONE,
         };
         Look {
-            identity: Identity { firmware: String::new(), schema: PARAMETER_SCHEMA, build: 0, restart: None },
+            identity: Identity {
+                firmware: String::new(),
+                schema: PARAMETER_SCHEMA,
+                image: ImageId::default(),
+                restart: None,
+            },
+            images: None,
             parameters: Vec::new(),
             waypoints: 0,
             counters: (health(before), health(after)),
@@ -465,6 +488,19 @@ mod tests {
             (Some(Hardware { stacks: full, ..good }), Verdict::Fail),
         ] {
             assert_eq!(of(hardware).verdict, verdict, "{hardware:?}");
+        }
+    }
+
+    #[test]
+    fn an_image_on_trial_is_no_go() {
+        let tried = StoredImage { image: Image::default(), starts: 3, confirmed: false };
+        for (trial, other, verdict) in [
+            (None, None, Verdict::Pass),
+            (None, Some(StoredImage { confirmed: true, ..tried }), Verdict::Pass),
+            (None, Some(tried), Verdict::Note),
+            (Some(1), None, Verdict::Fail),
+        ] {
+            assert_eq!(images(&Images { trial, other }).verdict, verdict, "{trial:?} {other:?}");
         }
     }
 

@@ -93,12 +93,15 @@ fn look(board: &mut Board) -> anyhow::Result<Look> {
     let parameters = board.parameters()?;
     let waypoints = board.mission()?.len();
     let has_key = board.has_key()?;
+    // one without a second bank refuses
+    let images = board.images().ok();
     let before = board.health()?;
     let telemetry = board.listen(WATCH)?;
     let now_us = now_us();
     let after = board.health()?;
     Ok(Look {
         identity: board.identity.clone(),
+        images,
         parameters,
         waypoints,
         counters: (before, after),

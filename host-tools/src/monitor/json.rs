@@ -21,6 +21,7 @@ pub fn object(model: &Model, now_us: u64, seen: u64) -> (Value, u64) {
         "time_s": record.map(|record| record.time_us as f64 * 1e-6),
         "utc_s": record.filter(|record| record.utc_us > 0).map(|record| record.utc_us as f64 * 1e-6),
         "firmware": model.firmware,
+        "trial_start": model.trial,
         "mode": record.map(|record| words::mode_name(record.mode)),
         "reason": record.map(|record| words::reason(record.reason)),
         "leg": record.and_then(|record| record.leg),

@@ -4,7 +4,7 @@ use super::line::SerialLine;
 use super::{Acted, POLL, Session, config, say};
 use anyhow::{Context, anyhow, bail};
 use backseat_topside::{Port, Topside};
-use backseat_wire::hostlink::{self, Decoder, FromBoard, MAX_FRAME, Refusal, Step, StepDone, ToBoard, encode};
+use backseat_wire::hostlink::{self, Decoder, FromBoard, ImageId, MAX_FRAME, Refusal, Step, StepDone, ToBoard, encode};
 use hil_sim::ship_end::announced;
 use std::path::PathBuf;
 
@@ -45,9 +45,11 @@ impl Host {
                     continue;
                 }
                 ToBoard::Step(_) => FromBoard::Refused(Refusal::OwnClock),
-                ToBoard::Hello => {
-                    FromBoard::Hello { firmware: env!("CARGO_PKG_VERSION"), parameter_schema: 0, build: 0 }
-                }
+                ToBoard::Hello => FromBoard::Hello {
+                    firmware: env!("CARGO_PKG_VERSION"),
+                    parameter_schema: 0,
+                    image: ImageId::default(),
+                },
                 ToBoard::KeyBegin => FromBoard::Key { set: topside.config().key.is_set() },
                 ToBoard::KeySet(key) => {
                     topside.set_key(key);

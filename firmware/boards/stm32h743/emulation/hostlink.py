@@ -176,11 +176,14 @@ class Host:
             answer, refusal, _ = self.ask(kind, body)
             assert answer == DONE, f"request {kind} was refused: {refusal.integer()}"
 
-    def build(self):
-        """Of the image that runs, as `Hello` tells it."""
+    def image(self):
+        """Build ID and CRC-32 of the image that runs, as `Hello` tells them."""
         _, message, _ = self.ask(HELLO, answers=(HELLO_ANSWER,))
         message.text()
-        return message.integers(2)[1]
+        return message.integers(3)[1:]
+
+    def build(self):
+        return self.image()[0]
 
     def images(self):
         """Start number of the image that runs, if it is on trial; of the other bank's image build, starts, confirmed."""

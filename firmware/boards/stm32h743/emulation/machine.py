@@ -60,6 +60,7 @@ class Machine(Core):
         for segment in elf.iter_segments():
             if segment["p_type"] == "PT_LOAD" and segment["p_filesz"]:
                 self.uc.mem_write(segment["p_paddr"], segment.data())
+                self.image_bytes = segment["p_paddr"] - FLASH + segment["p_filesz"]  # of the last one
                 self.banks.physical[0].load(segment["p_paddr"] - FLASH, segment.data())
         for base, size in WINDOWS:
             self.uc.mmio_map(base, size, self.read, base, self.write, base)

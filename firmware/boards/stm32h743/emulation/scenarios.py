@@ -9,6 +9,7 @@ import random
 import subprocess
 import tempfile
 import tty
+import zlib
 
 from card import Card
 from hostlink import (DONE, HEALTH_GET, MISSION_START, ON_TRIAL, PARAMETER_STORE, REFUSED, STEP_DONE, UPDATE_BEGIN, UPDATE_COMMIT,
@@ -44,6 +45,10 @@ def clock_tree(image, _):
     assert start <= filter_at and filter_at + filter_bytes <= DTCM + DTCM_SIZE, f"the filter is at {filter_at:#x}"
     assert (end, thread_end) == (DTCM, AXI), "below a stack is memory: what overflows would overwrite it"
     machine.measured["filter in DTCM, bytes"] = filter_bytes
+    machine.run_for(START_S)
+    content = bytes(machine.banks.physical[0].bytes[:machine.image_bytes])
+    build = int.from_bytes(content[content.index(NOTE) + len(NOTE):][:4], "big")
+    assert Host(machine).image() == [build, zlib.crc32(content)], "the image does not know itself"
     return [machine]
 
 

@@ -7,6 +7,7 @@
 
 use crate::supply;
 use backseat_app::store::{Chip, ImageFlash};
+use backseat_wire::hostlink::CRC;
 use cortex_m::peripheral::SCB;
 use embassy_stm32::pac;
 use embassy_time::{Duration, Instant};
@@ -76,6 +77,20 @@ pub fn images(build: u32) -> ImageFlash<Sectors> {
     // the first stack of an image lies in DTCM
     let chip = Chip { flash: OWN, stack: 0x2000_0000..0x2002_0001 };
     ImageFlash::new(Sectors(&SECTORS), chip, build)
+}
+
+unsafe extern "C" {
+    // of the linker script: where initial values of variables lie in flash, and the variables
+    static __sidata: u8;
+    static __sdata: u8;
+    static __edata: u8;
+}
+
+/// CRC-32 of the image that runs: all of flash up to the initial values, which end it.
+pub fn image_crc() -> u32 {
+    let [values, from, to] = [&raw const __sidata, &raw const __sdata, &raw const __edata].map(|at| at as usize);
+    // SAFETY: these bytes are the image, which nothing writes while it runs.
+    CRC.checksum(unsafe { core::slice::from_raw_parts(OWN as *const u8, values + to - from - OWN as usize) })
 }
 
 impl Sectors {

@@ -1,9 +1,34 @@
 //! Images of the firmware in a board's two banks of flash.
 
+use core::fmt;
 use serde::{Deserialize, Serialize};
 
 /// Most bytes of an image in one message, a multiple of any flash word.
 pub const UPDATE_CHUNK: usize = 256;
+
+/// Which image runs.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[serde(default)]
+pub struct ImageId {
+    /// First four bytes of its build ID (`readelf -n IMAGE`); 0: no image of a chip.
+    pub build: u32,
+    /// CRC-32 of its bytes in flash, as [`Image::crc`], computed at start.
+    pub crc: u32,
+    /// First four bytes of the commit of a release; 0: no release.
+    pub commit: u32,
+}
+
+impl fmt::Display for ImageId {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { build, crc, commit } = self;
+        match build {
+            0 => write!(f, "no image of a chip")?,
+            _ => write!(f, "image {build:08x}, CRC {crc:08x}")?,
+        }
+        if *commit == 0 { write!(f, ", no release") } else { write!(f, ", commit {commit:08x}") }
+    }
+}
 
 /// An image.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]

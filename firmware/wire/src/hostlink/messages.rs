@@ -3,7 +3,7 @@
 use super::crash::Crash;
 use super::health::Health;
 use super::identification::{Estimates, FaultReport, Identification, LearntStored, Naming};
-use super::images::{Image, Images};
+use super::images::{Image, ImageId, Images};
 use super::mode::{Mode, ModeReason};
 use super::refusal::Refusal;
 use super::signed::Signed;
@@ -321,8 +321,8 @@ pub enum FromBoard<'a> {
         firmware: &'a str,
         /// Version of the parameter list.
         parameter_schema: u16,
-        /// First four bytes of the image's build ID (`readelf -n IMAGE`); 0: it has none.
-        build: u32,
+        /// Which image runs.
+        image: ImageId,
     },
     /// Answer to `Step`, after all bytes of the step were handed to the ports.
     StepDone(StepDone),

@@ -21,7 +21,7 @@ pub use identification::{
     Activity, Decision, DecisionReason, Estimate, Estimates, FaultCause, FaultDiagnosis, FaultReport, FaultState,
     Identification, LearntStored, MAX_ESTIMATES, MAX_NAMED, NamedCause, Naming, UsedFor, Visibility,
 };
-pub use images::{Image, Images, StoredImage, UPDATE_CHUNK};
+pub use images::{Image, ImageId, Images, StoredImage, UPDATE_CHUNK};
 pub use messages::{
     Chunk, FromBoard, FusionTelemetry, MAX_CHUNKS, MAX_FENCE_CORNERS, MAX_PPS, ParameterInfo, Port, ResetCause,
     Restart, Ship, Step, StepDone, Telemetry, ToBoard, Waypoint,

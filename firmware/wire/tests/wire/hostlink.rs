@@ -1,8 +1,8 @@
 use backseat_wire::Error;
 use backseat_wire::hostlink::{
-    BoardLog, Chunk, Decoder, FromBoard, FusionTelemetry, Hardware, Health, LogState, MAX_CHUNKS, MAX_FRAME, MAX_PPS,
-    Mode, ModeReason, Oscillator, ParameterInfo, Port, Refusal, Stack, Step, StepDone, Telemetry, ToBoard, Waypoint,
-    encode,
+    BoardLog, Chunk, Decoder, FromBoard, FusionTelemetry, Hardware, Health, ImageId, LogState, MAX_CHUNKS, MAX_FRAME,
+    MAX_PPS, Mode, ModeReason, Oscillator, ParameterInfo, Port, Refusal, Stack, Step, StepDone, Telemetry, ToBoard,
+    Waypoint, encode,
 };
 
 fn largest_step() -> ToBoard<'static> {
@@ -64,7 +64,11 @@ fn every_message_survives() {
         default: 3.0e-4,
     };
     let from_board = [
-        FromBoard::Hello { firmware: "0.1.0", parameter_schema: 1, build: 0xAB },
+        FromBoard::Hello {
+            firmware: "0.1.0",
+            parameter_schema: 1,
+            image: ImageId { build: 0xAB, crc: u32::MAX, commit: 0 },
+        },
         FromBoard::StepDone(StepDone { time_us: 100_000, sent: [0, 1, 2, 65_535], digest: u64::MAX }),
         telemetry(),
         FromBoard::Fusion(FusionTelemetry {

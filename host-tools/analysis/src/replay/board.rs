@@ -3,11 +3,11 @@
 use super::compare::{Comparison, Difference, seconds};
 use super::survey::{Stored, Survey};
 use anyhow::{anyhow, bail};
-use backseat_app::App;
 use backseat_app::parameters::{self, PARAMETER_SCHEMA, PARAMETERS, Settings};
 use backseat_app::store::{Response, RestartRecord};
+use backseat_app::{App, COMMIT};
 use backseat_logs::session::{Entry, Event};
-use backseat_wire::hostlink::{MAX_FRAME, Port, Restart, ToBoard, encode};
+use backseat_wire::hostlink::{ImageId, MAX_FRAME, Port, Restart, ToBoard, encode};
 use std::collections::VecDeque;
 
 /// A board that is replayed to the bit.
@@ -76,8 +76,8 @@ impl Replay {
     pub fn take(&mut self, entry: Entry) -> anyhow::Result<()> {
         let Entry { time_us, event } = entry;
         match event {
-            Event::Start { firmware, parameter_schema, restart, record, .. } => {
-                self.start(&firmware, parameter_schema, restart, &record)?;
+            Event::Start { firmware, parameter_schema, image, restart, record } => {
+                self.start((&firmware, image), parameter_schema, restart, &record)?;
             }
             Event::Parameters(values) => self.parameters(&values)?,
             Event::Received { port, bytes } => {
@@ -111,13 +111,23 @@ impl Replay {
         Ok(())
     }
 
-    fn start(&mut self, firmware: &str, schema: u16, restart: Restart, record: &[u8]) -> anyhow::Result<()> {
+    fn start(
+        &mut self,
+        (firmware, image): (&str, ImageId),
+        schema: u16,
+        restart: Restart,
+        record: &[u8],
+    ) -> anyhow::Result<()> {
         if schema != PARAMETER_SCHEMA {
             bail!("the board had version {schema} of the parameter list; this program has {PARAMETER_SCHEMA}");
         }
         if firmware != env!("CARGO_PKG_VERSION") {
             let note = format!("the board had firmware {firmware}; this program has {}", env!("CARGO_PKG_VERSION"));
             self.outcome.notes.push(note);
+        }
+        if ![COMMIT, 0].contains(&image.commit) {
+            let program = ImageId { commit: COMMIT, ..ImageId::default() };
+            self.outcome.notes.push(format!("the board had another release: {image}; this program is {program}"));
         }
         if self.lockstep {
             // a simulator resets its board under way: what was sent until now is complete

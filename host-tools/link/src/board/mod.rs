@@ -13,7 +13,9 @@ use anyhow::{Context, anyhow, bail};
 use backseat_core::control::mission::MAX_WAYPOINTS;
 use backseat_core::parameters::Inconsistent;
 use backseat_report::console::Progress;
-use backseat_wire::hostlink::{FromBoard, Health, MAX_FENCE_CORNERS, Refusal, Restart, Telemetry, ToBoard, Waypoint};
+use backseat_wire::hostlink::{
+    FromBoard, Health, ImageId, MAX_FENCE_CORNERS, Refusal, Restart, Telemetry, ToBoard, Waypoint,
+};
 use backseat_wire::ship_state::Key;
 use std::time::{Duration, Instant, SystemTime};
 
@@ -30,8 +32,8 @@ pub struct Identity {
     pub firmware: String,
     /// Version of its parameter list.
     pub schema: u16,
-    /// First four bytes of its image's build ID (`readelf -n IMAGE`); 0: it has none.
-    pub build: u32,
+    /// Which image it runs.
+    pub image: ImageId,
     /// Its last start, if it knows.
     pub restart: Option<Restart>,
 }
@@ -65,8 +67,8 @@ impl Board {
             client.send(&ToBoard::Hello)?;
             client.send(&ToBoard::MissionGet { index: nonce })?;
             client.receive(|message| match message {
-                FromBoard::Hello { firmware, parameter_schema, build } => {
-                    hello = Some((printable(firmware), parameter_schema, build));
+                FromBoard::Hello { firmware, parameter_schema, image } => {
+                    hello = Some((printable(firmware), parameter_schema, image));
                     None
                 }
                 FromBoard::Restart(last) => {
@@ -82,9 +84,9 @@ impl Board {
             BackseatError::Unanswered { .. } => anyhow!("{port}: data received, but not from a backseat's host port"),
             error => anyhow!("{port}: {error}"),
         })?;
-        let (firmware, schema, build) =
+        let (firmware, schema, image) =
             hello.with_context(|| format!("{port}: the board answers, but does not identify itself"))?;
-        Ok(Self { client, port: port.clone(), identity: Identity { firmware, schema, build, restart } })
+        Ok(Self { client, port: port.clone(), identity: Identity { firmware, schema, image, restart } })
     }
 
     fn failed(&self, error: &BackseatError) -> anyhow::Error {

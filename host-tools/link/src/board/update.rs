@@ -52,12 +52,12 @@ impl Board {
             std::thread::sleep(Duration::from_secs(1));
             let connected = Self::connect(&port, key);
             match connected {
-                Ok(board) if board.identity.build == image.build => return Ok(board),
+                Ok(board) if board.identity.image.build == image.build => return Ok(board),
                 outcome if begun.elapsed() > START => match outcome {
                     Ok(board) => bail!(
                         "{port}: the board runs image {:08x}, not {:08x}: the new one failed, or the banks were not \
                          exchanged",
-                        board.identity.build,
+                        board.identity.image.build,
                         image.build
                     ),
                     Err(error) => {

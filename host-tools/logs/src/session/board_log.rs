@@ -112,11 +112,11 @@ impl BoardLog {
             self.set_complete()?;
         }
         let (time_us, event) = match record {
-            LogRecord::Start { firmware, parameter_schema, build, restart, record } => {
+            LogRecord::Start { firmware, parameter_schema, image, restart, record } => {
                 (self.firmware, self.schema) = (firmware.to_owned(), parameter_schema);
                 self.time_us = 0;
                 let (firmware, record) = (firmware.to_owned(), record.to_vec());
-                (0, Event::Start { firmware, parameter_schema, build, restart, record })
+                (0, Event::Start { firmware, parameter_schema, image, restart, record })
             }
             LogRecord::Parameters { first, values } => {
                 if usize::from(first) != self.values.len() {

@@ -1,7 +1,7 @@
 //! Topics and messages as they stand in the file.
 
 use super::{Clock, Meta, port_named};
-use backseat_wire::hostlink::{Oscillator, Port, Restart};
+use backseat_wire::hostlink::{ImageId, Oscillator, Port, Restart};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -70,8 +70,8 @@ pub struct Start {
     pub time_us: u64,
     pub firmware: String,
     pub parameter_schema: u16,
-    #[serde(default)]
-    pub build: u32,
+    #[serde(flatten)]
+    pub image: ImageId,
     #[serde(flatten)]
     pub restart: Restart,
     pub record: Vec<u8>,

@@ -40,7 +40,7 @@ pub(crate) use reader::sound_part;
 pub use telemetry::{EstimateRow, EstimatesRow, FusionRow, TelemetryRow};
 pub use writer::Writer;
 
-use backseat_wire::hostlink::{Oscillator, Port, Restart};
+use backseat_wire::hostlink::{ImageId, Oscillator, Port, Restart};
 use std::collections::BTreeMap;
 
 /// Whose time the times of a session are.
@@ -107,8 +107,8 @@ pub enum Event {
         firmware: String,
         /// Version of its parameter list.
         parameter_schema: u16,
-        /// First four bytes of its image's build ID; 0: it has none.
-        build: u32,
+        /// Which image ran.
+        image: ImageId,
         /// Why it started.
         restart: Restart,
         /// The restart record that it found, as it was stored; empty when there was none.

@@ -358,8 +358,8 @@ fn entry(topic: &str, header: &MessageHeader, data: &[u8]) -> Result<Option<Entr
             Note { note, .. } => Event::Note(note),
         },
         format::START => {
-            let Start { firmware, parameter_schema, build, restart, record, .. } = json(data)?;
-            Event::Start { firmware, parameter_schema, build, restart, record }
+            let Start { firmware, parameter_schema, image, restart, record, .. } = json(data)?;
+            Event::Start { firmware, parameter_schema, image, restart, record }
         }
         _ => match format::port_of(topic) {
             Some((port, Direction::Rx)) => Event::Received { port, bytes: data.to_vec() },

@@ -99,12 +99,12 @@ impl Writer {
                 let note = Note { time_us, note: format!("{records} records are missing"), lost: Some(*records) };
                 self.json(format::NOTE, time_us, &note)
             }
-            Event::Start { firmware, parameter_schema, build, restart, record } => {
+            Event::Start { firmware, parameter_schema, image, restart, record } => {
                 let start = Start {
                     time_us,
                     firmware: firmware.clone(),
                     parameter_schema: *parameter_schema,
-                    build: *build,
+                    image: *image,
                     restart: *restart,
                     record: record.clone(),
                 };

@@ -6,7 +6,7 @@ use backseat_app::{Recorder, record_start};
 use backseat_logs::output::Existing;
 use backseat_logs::session::{Attachment, Clock, Damage, Entry, Event, Meta, Reader, Writer};
 use backseat_wire::boardlog::LogRecord;
-use backseat_wire::hostlink::{MAX_FRAME, Port, ResetCause, Restart, encode};
+use backseat_wire::hostlink::{ImageId, MAX_FRAME, Port, ResetCause, Restart, encode};
 use std::path::Path;
 
 const RESTART: Restart = Restart { cause: ResetCause::Watchdog, resets: 3, safe: false, crash: None };
@@ -22,7 +22,7 @@ fn every_event() -> Vec<Entry> {
         Event::Start {
             firmware: "0.1.0".to_owned(),
             parameter_schema: 9,
-            build: 0xAB,
+            image: ImageId { build: 0xAB, crc: 1, commit: 2 },
             restart: RESTART,
             record: vec![0, 255, 7],
         },
@@ -216,7 +216,7 @@ fn a_boards_log_is_read_to_its_cut() {
         Event::Start {
             firmware: env!("CARGO_PKG_VERSION").to_owned(),
             parameter_schema: backseat_app::parameters::PARAMETER_SCHEMA,
-            build: 0,
+            image: ImageId::default(),
             restart: RESTART,
             record: vec![1, 2, 3],
         },
@@ -266,7 +266,7 @@ fn a_boards_log_of_an_older_list_is_refused_with_both_versions() {
                     self.0.record(&LogRecord::Start {
                         firmware,
                         parameter_schema: PARAMETER_SCHEMA - 1,
-                        build: 0,
+                        image: ImageId::default(),
                         restart,
                         record,
                     });

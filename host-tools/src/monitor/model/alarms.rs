@@ -34,6 +34,9 @@ pub fn of(model: &Model, now_us: u64) -> Vec<Alarm> {
     if model.restart.is_some_and(|restart| restart.safe) {
         raise(Severity::Critical, "reset too often by faults".into());
     }
+    if let Some(starts) = model.trial {
+        raise(Severity::Warning, format!("image on trial, start {starts}: no mission starts"));
+    }
     // nothing is known of a silent board
     if heard {
         sensors(model, now_us, &mut raise);

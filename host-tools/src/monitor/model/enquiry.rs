@@ -1,4 +1,4 @@
-//! Requests to the board beside its telemetry: identity, counters, mission and parameters.
+//! Requests to the board beside its telemetry: identity, images, counters, mission and parameters.
 //!
 //! One question at a time and none that changes anything, so that a slow line or a program that steers the same board
 //! is not disturbed.
@@ -19,6 +19,7 @@ const HEALTH_US: u64 = 1_000_000;
 enum Question {
     Hello,
     Health,
+    Images,
     Waypoint(u16),
     Parameter(u16),
 }
@@ -73,15 +74,16 @@ impl Enquiry {
         Some(match question {
             Question::Hello => ToBoard::Hello,
             Question::Health => ToBoard::HealthGet,
+            Question::Images => ToBoard::UpdateGet,
             Question::Waypoint(index) => ToBoard::MissionGet { index },
             Question::Parameter(index) => ToBoard::ParameterGet { index },
         })
     }
 
-    /// Mission and parameters once more.
+    /// Images, mission and parameters once more.
     fn another_round(&mut self) -> Question {
-        self.next.push_back(Question::Parameter(0));
-        Question::Waypoint(0)
+        self.next.extend([Question::Waypoint(0), Question::Parameter(0)]);
+        Question::Images
     }
 
     fn answered(&mut self, question: Question) {
@@ -96,6 +98,11 @@ impl Enquiry {
 
     pub fn health(&mut self) {
         self.answered(Question::Health);
+    }
+
+    /// Or the refusal of a board without a second bank.
+    pub fn images(&mut self) {
+        self.answered(Question::Images);
     }
 
     /// A waypoint of `count`.
@@ -143,6 +150,7 @@ mod tests {
                     healths += 1;
                     enquiry.health();
                 }
+                Some(ToBoard::UpdateGet) => enquiry.images(),
                 Some(ToBoard::MissionGet { index }) => {
                     waypoints.push(index);
                     enquiry.waypoint(index, 3);
@@ -160,7 +168,7 @@ mod tests {
         assert!(waypoints.starts_with(&[0, 1, 2, 0, 1, 2, 0, 1, 2]), "{waypoints:?}");
         let asked: Vec<u64> =
             parameters.iter().filter(|(index, _)| *index == COUNT - 1).map(|(_, us)| us / 1_000_000).collect();
-        // 206 questions at 20 ms, then at 150 ms between the counters; begun anew at 50 s
+        // 207 questions at 20 ms, then at 150 ms between the counters; begun anew at 50 s
         assert_eq!(asked.len(), 3, "{asked:?}");
         assert!(
             (4..=5).contains(&asked[0]) && (34..=44).contains(&asked[1]) && (54..=55).contains(&asked[2]),

@@ -18,8 +18,8 @@ pub use sources::{SourceHistory, Turn};
 use backseat_app::parameters::{self, PARAMETER_SCHEMA, Settings};
 use backseat_core::identification::theta::{self, theta_of};
 use backseat_wire::hostlink::{
-    Decoder, Estimates, FaultReport, FromBoard, Health, Identification, LogState, Mode, ModeReason, Naming, Port,
-    Restart, Ship, Telemetry, ToBoard, Waypoint,
+    Decoder, Estimates, FaultReport, FromBoard, Health, Identification, ImageId, LogState, Mode, ModeReason, Naming,
+    Port, Refusal, Restart, Ship, Telemetry, ToBoard, Waypoint,
 };
 use enquiry::Enquiry;
 use learned::Learned;
@@ -63,6 +63,8 @@ pub struct Model {
     pub firmware: Option<String>,
     same_schema: bool,
     pub restart: Option<Restart>,
+    /// Start number of an image that is on trial.
+    pub trial: Option<u8>,
     /// The parameters received so far; defaults before.
     settings: Box<Settings>,
     /// All of them were received.
@@ -97,6 +99,7 @@ impl Model {
             port_rates: Default::default(),
             losses_rate: Meter::default(),
             firmware: None,
+            trial: None,
             same_schema: false,
             restart: None,
             settings: Box::new(Settings::DEFAULT),
@@ -234,8 +237,11 @@ impl Model {
                 }
             }
             FromBoard::Health(health) => self.health(now_us, health),
-            FromBoard::Hello { firmware, parameter_schema, .. } => {
-                let firmware = backseat_link::printable(firmware);
+            FromBoard::Hello { firmware, parameter_schema, image } => {
+                let mut firmware = backseat_link::printable(firmware);
+                if image != ImageId::default() {
+                    firmware += &format!(" ({image})");
+                }
                 self.enquiry.hello();
                 self.same_schema = parameter_schema == PARAMETER_SCHEMA;
                 self.is_complete = false;
@@ -289,10 +295,14 @@ impl Model {
                 let (severity, text) = words::learnt(&stored);
                 self.note(severity, text);
             }
+            FromBoard::Images(images) => {
+                self.enquiry.images();
+                self.trial = images.trial;
+            }
+            FromBoard::Refused(Refusal::NoStore) => self.enquiry.images(),
             // Answers to another program.
             FromBoard::StepDone(_)
             | FromBoard::Challenge { .. }
-            | FromBoard::Images(_)
             | FromBoard::Done
             | FromBoard::Refused(_)
             | FromBoard::Fence { .. }

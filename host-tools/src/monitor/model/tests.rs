@@ -3,7 +3,9 @@
 use super::*;
 use backseat_app::parameters::{PARAMETERS, ParameterStore};
 use backseat_core::navigation::Sensor;
-use backseat_wire::hostlink::{Activity, BoardLog, FusionTelemetry, MAX_FRAME, Oscillator, Visibility, encode};
+use backseat_wire::hostlink::{
+    Activity, BoardLog, FusionTelemetry, ImageId, MAX_FRAME, Oscillator, Visibility, encode,
+};
 
 /// The frame of a message, as it comes over the line.
 pub fn frame(message: &FromBoard<'_>) -> Vec<u8> {
@@ -81,7 +83,11 @@ fn identification(time_us: u64) -> FromBoard<'static> {
 /// A model that has heard a flight of ninety seconds, and the time now.
 pub fn flying() -> (Model, u64) {
     let mut model = Model::new();
-    feed(&mut model, 0, &FromBoard::Hello { firmware: "backseat 0.1.0", parameter_schema: PARAMETER_SCHEMA, build: 0 });
+    feed(
+        &mut model,
+        0,
+        &FromBoard::Hello { firmware: "backseat 0.1.0", parameter_schema: PARAMETER_SCHEMA, image: ImageId::default() },
+    );
     let mut store = ParameterStore::new();
     store.begin();
     for (name, value) in

@@ -2,8 +2,8 @@
 
 use backseat_wire::boardlog::{LogRecord, VALUES};
 use backseat_wire::hostlink::{
-    Chunk, Decoder, Frame, FromBoard, FusionTelemetry, MAX_CHUNKS, MAX_FRAME, MAX_PPS, Mode, ModeReason, ParameterInfo,
-    Port, Refusal, Step, StepDone, Telemetry, ToBoard, Waypoint, encode,
+    Chunk, Decoder, Frame, FromBoard, FusionTelemetry, ImageId, MAX_CHUNKS, MAX_FRAME, MAX_PPS, Mode, ModeReason,
+    ParameterInfo, Port, Refusal, Step, StepDone, Telemetry, ToBoard, Waypoint, encode,
 };
 use proptest::array::{uniform2, uniform4, uniform12};
 use proptest::collection::vec;
@@ -86,7 +86,11 @@ fn from_board<'a>(
 ) -> FromBoard<'a> {
     let [value, min, max, default] = numbers;
     match kind {
-        0 => FromBoard::Hello { firmware: name, parameter_schema: index, build: u32::from(index) },
+        0 => FromBoard::Hello {
+            firmware: name,
+            parameter_schema: index,
+            image: ImageId { build: digest as u32, ..ImageId::default() },
+        },
         1 => FromBoard::StepDone(StepDone { time_us: digest, sent: [index, count, 0, u16::MAX], digest }),
         2 => FromBoard::Telemetry(telemetry),
         3 => FromBoard::Fusion(FusionTelemetry {
