@@ -33,7 +33,8 @@ class Vehicle:
 def map(table: str) -> str: ...
 def navigate(
     log: Log, vehicle: Optional[Vehicle], truth: Optional[str], model: Optional[str], switches: Sequence[bool],
-    level: Tuple[str, float], beside: Tuple[Optional[str], Sequence[str], Optional[Sequence[float]], Optional[str]], wants_page: bool,
+    level: Tuple[str, float], beside: Tuple[Optional[str], Sequence[str], Optional[Sequence[float]], Optional[str]],
+    wants_page: bool,
 ) -> Tuple[str, Columns, Optional[Columns], Optional[str], Optional[Tuple[Vehicle, str]]]: ...
 def identify(
     log: Log, vehicle: Optional[Vehicle], validate: Optional[Log], method: str, scale: str, cross_drag: bool,
