@@ -19,7 +19,8 @@ fn depth_alone_does_not_teach_the_speed() {
         }
     }
     assert!(before < 0.1 && sigma(&navigator) > before);
-    // nobody tells of a change of the water: even odds
-    let [nominal, changing] = navigator.weights();
-    assert!(nominal + changing > 0.5 && changing > 0.25);
+    // ten to one against a change of the water, twice, fade with 1500 s
+    let odds = 10.0_f64.powf((-300.0_f64 / 1500.0).exp());
+    let [_, changing] = navigator.weights();
+    assert!((changing - 1.0 / (1.0 + 2.0 * odds)).abs() < 1e-3, "{changing}");
 }
