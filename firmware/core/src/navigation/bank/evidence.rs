@@ -5,6 +5,8 @@ use crate::navigation::interface::measurement::{Fusions, Sensor};
 /// Factor on the earlier evidence with each range: a memory of fifty ranges, 25 minutes at one every 30 s. A current
 /// that sets in later outweighs them within a few.
 const MEMORY: f64 = 0.98;
+/// The same in time, s.
+pub(super) const MEMORY_S: f64 = 1500.0;
 /// What a fix counts of a range: thirty, at one every second, have an error in common.
 const FIX_SHARE: f64 = 1.0 / 30.0;
 

@@ -16,7 +16,7 @@
 
 mod mixture;
 
-use super::evidence::Evidence;
+use super::evidence::{Evidence, MEMORY_S};
 use crate::dynamics::{ActuatorInput, FINS, VehicleModel};
 use crate::navigation::algebra::observer::Observer;
 use crate::navigation::filter::cekf::Filter;
@@ -216,7 +216,11 @@ impl Navigator {
         input: &ActuatorInput,
         observer: &mut impl Observer,
     ) -> Result<(), NavigationError> {
+        let gap_s = 1.0e-6 * to_us.saturating_sub(self.main.time_us()) as f64;
         self.main.predict(to_us, input)?;
+        if self.main.is_alone() {
+            self.doubt(gap_s);
+        }
         let [nominal, others @ ..] = &mut self.others;
         nominal.follow(|filter| filter.predict_observed(to_us, input, observer).is_ok());
         others.iter_mut().for_each(|member| member.follow(|filter| filter.predict(to_us, input).is_ok()));
@@ -300,6 +304,15 @@ impl Navigator {
         let [nominal, others @ ..] = &mut self.others;
         nominal.filter.drop_clone_observed(id, observer);
         others.iter_mut().for_each(|member| member.filter.drop_clone(id));
+    }
+
+    /// Odds against a change of the water fade to even ones as fast as evidence is forgotten: nobody is heard who would
+    /// tell of a change. What speaks for one stays.
+    #[cold]
+    fn doubt(&mut self, gap_s: f64) {
+        for (member, prior) in self.others.iter_mut().zip(PRIOR) {
+            member.log_ratio -= (member.log_ratio + prior).max(0.0) * -libm::expm1(-gap_s / MEMORY_S);
+        }
     }
 
     fn mix(&mut self) {

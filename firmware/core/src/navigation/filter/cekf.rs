@@ -32,6 +32,8 @@ pub struct Filter {
     pub(super) x: Estimate,
     pub(super) p: Covariance,
     pub(super) monitor: InnovationMonitor,
+    /// When a position or a velocity was last used, µs.
+    pub(super) heard_us: u64,
     /// The vehicle has lain at the surface with its elevators hard over for this time, s.
     pub(super) held_s: f64,
     /// What the declared model lacks.
@@ -59,6 +61,7 @@ impl Filter {
             x: Estimate::new(),
             p: Covariance::new(),
             monitor: InnovationMonitor::new(),
+            heard_us: 0,
             held_s: 0.0,
             effects: Effects::new(),
             step: Discretisation::new(),
@@ -169,6 +172,7 @@ impl Filter {
         }
         self.effects.restart();
         self.monitor = InnovationMonitor::new();
+        self.heard_us = time_us;
         self.held_s = 0.0;
         self.time_us = time_us;
         self.failure = None;

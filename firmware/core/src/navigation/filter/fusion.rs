@@ -111,6 +111,7 @@ impl Filter {
             return self.learn_waves(fusions);
         }
 
+        self.hear(sensor);
         for axis in 0..self.observations.as_slice().len() {
             if axis > 0 {
                 variance = self.project(axis);
@@ -178,6 +179,9 @@ impl Filter {
             *k = *g * inverse;
         }
         self.p.update(n, &self.gain, &self.w);
+        if self.is_alone() {
+            self.consider();
+        }
         self.x.correct(&self.gain, innovation);
         true
     }

@@ -1,6 +1,7 @@
 //! One extended Kalman filter: time update, measurement update, delayed states and the states that it estimates beside
 //! the vehicle's motion.
 
+mod alone;
 pub(super) mod cekf;
 mod cloning;
 mod effects;

@@ -154,6 +154,9 @@ impl Filter {
                 None => self.p.add(at, at, q * step_s),
             }
         }
+        if let (true, Some(current), Some(rate)) = (self.is_alone(), current, rate) {
+            self.turn_tide(current, rate, step_s);
+        }
         if current.is_none() {
             for (position, velocity) in [X, Y].into_iter().zip(self.x.water_mps) {
                 self.x.vehicle[position] += velocity * step_s;

@@ -61,6 +61,16 @@ impl StateParameter {
         }
     }
 
+    /// Whether only positions and velocities tell of it: the water, what the speed depends on, the compass.
+    pub(crate) fn is_told_by_place(self) -> bool {
+        match self {
+            Self::Effect(id) => id.effect().hooks.water.is_some() || id.effect().name == "heading_bias",
+            Self::CurrentRate(_) => true,
+            Self::LogFactor(j) => [M11, D11, BETA1, BETA5].contains(&usize::from(j)),
+            Self::FinTrim(_) => false,
+        }
+    }
+
     /// Whether it belongs to the vehicle and is kept from one dive to the next; the water is another each time.
     #[must_use]
     pub fn is_of_the_vehicle(self) -> bool {

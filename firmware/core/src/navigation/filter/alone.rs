@@ -1,0 +1,76 @@
+//! What changes while no position and no velocity is heard.
+//!
+//! Depth and attitude go on, and the model correlates them with speed, water and place. What they seem to tell of these
+//! over hours is mostly the error of the model in heave and pitch, whose mean is not zero. So these states are only
+//! considered (S. F. Schmidt 1966): the gain on them is zero, and their uncertainty stays in P.
+
+use super::cekf::Filter;
+use crate::navigation::algebra::layout::EFFECTS;
+use crate::navigation::interface::effect_states::StateParameter;
+use crate::navigation::interface::measurement::Sensor;
+use crate::state::{U, X, Y};
+
+/// From so long a silence on, µs: ten packets.
+const SILENCE_US: u64 = 300_000_000;
+/// Square of the frequency of the semidiurnal tide, 12.42 h, rad²/s².
+const TIDE_OMEGA2: f64 = {
+    let omega = core::f64::consts::TAU / (12.42 * 3600.0);
+    omega * omega
+};
+
+impl Filter {
+    /// Takes down that a sensor was used.
+    pub(super) fn hear(&mut self, sensor: Sensor) {
+        if !matches!(sensor, Sensor::Depth | Sensor::Attitude | Sensor::Rates | Sensor::ShipGnss) {
+            self.heard_us = self.time_us;
+        }
+    }
+
+    /// No position and no velocity has been used for five minutes.
+    pub(in crate::navigation) fn is_alone(&self) -> bool {
+        self.time_us.saturating_sub(self.heard_us) > SILENCE_US
+    }
+
+    /// Gives back what an update took from the uncertainty of what only positions and velocities tell, and takes the
+    /// gain on it. A filter that knows its vehicle knows the speed from the model, and goes on as before.
+    #[cold]
+    #[inline(never)]
+    pub(super) fn consider(&mut self) {
+        let is_uncertain = |parameter| matches!(parameter, StateParameter::LogFactor(_));
+        if !self.config.effect_states.iter().any(|state| is_uncertain(state.parameter)) {
+            return;
+        }
+        let effects = (EFFECTS..).zip(self.config.effect_states.iter());
+        let by_place = effects.filter(|(_, state)| state.parameter.is_told_by_place()).map(|(at, _)| 1 << at);
+        let mut considered: u64 = by_place.fold(1 << X | 1 << Y | 1 << U, |bits, bit| bits | bit);
+        while considered != 0 {
+            let i = considered.trailing_zeros() as usize;
+            let gain = self.gain.get(i).copied().unwrap_or_default();
+            let mut others = considered;
+            while others != 0 {
+                let j = others.trailing_zeros() as usize;
+                self.p.add(i, j, gain * self.w.get(j).copied().unwrap_or_default());
+                others &= others - 1;
+            }
+            if let Some(gain) = self.gain.get_mut(i) {
+                *gain = 0.0;
+            }
+            considered &= considered - 1;
+        }
+    }
+
+    /// The rates of the current over a step: the tide turns, r' = -ω² c. While somebody is heard they only walk.
+    #[cold]
+    #[inline(never)]
+    pub(super) fn turn_tide(&mut self, current: usize, rate: usize, step_s: f64) {
+        let a = -TIDE_OMEGA2 * step_s;
+        for (current, rate) in [(current, rate), (current + 1, rate + 1)] {
+            self.x.add_tail(rate, a * self.x.get(current));
+            let variance = a * (2.0 * self.p.get(rate, current) + a * self.p.get(current, current));
+            for j in (0..self.dimension()).filter(|j| *j != rate) {
+                self.p.add(rate, j, a * self.p.get(current, j));
+            }
+            self.p.add(rate, rate, variance);
+        }
+    }
+}
