@@ -77,6 +77,7 @@ impl<'a, M: LogModel> Fitting<'a, M> {
             fitting.noise = noise::estimate(&model.rows(&theta), &fitting.layout, is_summed, columns.len());
             theta = fitting.solve(&columns, &theta, DataPart::Seen)?;
         }
+        let theta = fitting.model.of_those_alike(theta);
         Some((fitting, theta))
     }
 
@@ -90,10 +91,13 @@ impl<'a, M: LogModel> Fitting<'a, M> {
             (pass, left)
         };
         let starts = self.model.starts();
+        let mut nowhere = theta.to_vec();
+        starts.iter().for_each(|(column, _)| nowhere[*column] = 0.0);
         let starts = starts.iter().flat_map(|(column, values)| values.iter().map(move |value| (*column, *value)));
         // one step from each tells which is worth more
         let foreseen = starts.filter_map(|(column, value)| {
-            let mut start = theta.to_vec();
+            // the others of them begin at none: only what they differ by may show
+            let mut start = nowhere.clone();
             start[column] = value;
             let (pass, left) = cost(&start);
             let fit = linear::fit(&self.equations(&pass, &start, DataPart::Seen), columns, &[])?;

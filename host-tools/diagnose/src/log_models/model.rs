@@ -52,6 +52,10 @@ pub trait LogModel: Sync {
     fn starts(&self) -> Vec<(usize, &'static [f64])> {
         Vec::new()
     }
+    /// Of all θ that give the same rows as this one, the one that a vehicle can have.
+    fn of_those_alike(&self, theta: Vec<f64>) -> Vec<f64> {
+        theta
+    }
     /// What is known of a column before the log: mean and one sigma; `None`: of entries half of what the catalogue takes
     /// as plausible, of other columns nothing.
     fn prior(&self, _column: usize) -> Option<[f64; 2]> {

@@ -304,15 +304,13 @@ fn model(log: &Log, vehicle: &VehicleFile) -> Option<ReferenceVelocity> {
 mod tests {
     use super::*;
     use backseat_logs::LogRow;
+    use backseat_logs::stats::Z_95;
+    use hil_sim::rng::{Source, Stream};
 
     /// Two runs of 200 s with turns to and fro, a DVL 1.8 m astern of the reference, which is 1.4 s late in the first
     /// run and 0.5 s in the second.
-    fn log() -> Log {
-        let (mut log, mut state) = (Log::default(), 11_u64);
-        let mut noise = || {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
-        };
+    fn log(seed: u64) -> Log {
+        let (mut log, mut noise) = (Log::default(), Stream::new(seed, Source::Dvl));
         let heading = |t: f64| 1.2 * (t / 12.0).sin() + 0.8 * (t / 31.0).cos();
         let turn = |t: f64| 0.1 * (t / 12.0).cos() - 0.8 / 31.0 * (t / 31.0).sin();
         let pitch = |t: f64| 0.15 * (t / 9.0).sin();
@@ -327,7 +325,7 @@ mod tests {
                 let (q, r) = (0.15 / 9.0 * (t / 9.0).cos(), turn(t));
                 let rates = Vector3::new(-pitch(t).sin() * r, q, pitch(t).cos() * r);
                 let at_dvl = Vector3::new(1.8, 0.05, 0.0) + rates.cross(&Vector3::new(-1.8, 0.0, 0.1));
-                row.set_all(Column::DvlU, (at_dvl + 0.01 * Vector3::new(noise(), noise(), noise())).as_slice());
+                row.set_all(Column::DvlU, (at_dvl + Vector3::from(noise.normals(0.003))).as_slice());
                 log.rows.push(row);
             }
         }
@@ -336,20 +334,27 @@ mod tests {
 
     #[test]
     fn val_one_arm_and_a_delay_for_each_run() {
-        let log = log();
-        assert!(is_for(&log));
-        let found = run(&log, &VehicleFile::reference()).unwrap();
-        let value = |name: &str| {
-            let effects = &found.diagnosis.effects;
-            effects.iter().find(|effect| effect.instance.candidate.effect == name).map(|effect| effect.values.clone())
-        };
-        let arm = value("dvl_lever_arm").unwrap();
-        assert!((arm[0].value + 1.8).abs() < 0.03, "{arm:?}"); // cubics through a reading a second
-        let delays = value("dvl_delay").unwrap();
-        assert_eq!(delays.iter().map(|delay| delay.name).collect::<Vec<_>>(), ["s (run 1)", "s (run 2)"]);
-        // The DVL is early where the reference is late.
-        assert!((delays[0].value + 1.4).abs() < 0.02 && (delays[1].value + 0.5).abs() < 0.02, "{delays:?}");
-        let [before, after] = found.scores;
-        assert!(after.velocity_rmse_mps < Some(0.01) && before.velocity_rmse_mps > Some(0.05));
+        for seed in 1..=8 {
+            let log = log(seed);
+            assert!(is_for(&log));
+            let found = run(&log, &VehicleFile::reference()).unwrap();
+            let values = |name: &str| {
+                let effects = &found.diagnosis.effects;
+                effects
+                    .iter()
+                    .find(|effect| effect.instance.candidate.effect == name)
+                    .map(|effect| effect.values.clone())
+            };
+            let (arm, delays) = (values("dvl_lever_arm").unwrap(), values("dvl_delay").unwrap());
+            assert_eq!(delays.iter().map(|delay| delay.name).collect::<Vec<_>>(), ["s (run 1)", "s (run 2)"]);
+            // The DVL is early where the reference is late.
+            for (value, truth) in arm.iter().chain(&delays).zip([-1.8, 0.0, 0.1, -1.4, -0.5]) {
+                // Cubics through a reading a second add half a centimetre.
+                let three_sigma = 3.0 * (value.ci95[1] - value.ci95[0]) / (2.0 * Z_95);
+                assert!((value.value - truth).abs() < three_sigma + 0.005 && three_sigma < 0.1, "{seed}: {value:?}");
+            }
+            let [before, after] = found.scores;
+            assert!(after.velocity_rmse_mps < Some(0.01) && before.velocity_rmse_mps > Some(0.05));
+        }
     }
 }

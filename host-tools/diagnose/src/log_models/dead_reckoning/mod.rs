@@ -226,6 +226,15 @@ impl LogModel for DeadReckoning {
         [LAG, FIX_DELAY, DVL_DELAY].map(|column| (column, DELAYS_S)).to_vec()
     }
 
+    /// What is equally late is no error: the least late is on time. Effects are judged one by one by derivatives, which hold
+    /// only near the delays that they leave.
+    fn of_those_alike(&self, mut theta: Vec<f64>) -> Vec<f64> {
+        let delays = [LAG, FIX_DELAY, DVL_DELAY];
+        let least_s = delays.map(|column| theta[column]).into_iter().fold(f64::INFINITY, f64::min);
+        delays.into_iter().for_each(|column| theta[column] -= least_s);
+        theta
+    }
+
     fn runs(&self) -> Vec<[f64; 2]> {
         self.track.runs.clone()
     }
