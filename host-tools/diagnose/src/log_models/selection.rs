@@ -190,8 +190,11 @@ impl<'a, M: LogModel> Selectable for Entries<'a, M> {
         self.fitting.cost(&linear.pass, &linear.theta, DataPart::Seen) + COST * numbers as f64
     }
 
-    /// All are tried at once, so that their number counts here.
+    /// All are tried at once, so that their number counts here. Of several that are alike one is none, and goes first.
     fn worth(&self, effects: &[Instance], place: usize, linear: &Linearised<'a, M>) -> Worth {
+        if effects[place].sizes.iter().all(|size| *size == 0.0) {
+            return Worth::by_chance(self.all.len() as f64, f64::NEG_INFINITY);
+        }
         let chosen = self.hypotheses(effects);
         let evidence = linear.evidence(&chosen[place], &free(&self.calibrated, &chosen, Some(place)));
         let nothing = (1.0, -COST * chosen[place].free.len() as f64);
