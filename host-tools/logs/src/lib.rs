@@ -16,6 +16,7 @@ pub mod session;
 pub mod settings;
 pub mod short_runs;
 pub mod stats;
+pub mod textbook;
 pub mod vehicle_file;
 
 pub use error::DataError;

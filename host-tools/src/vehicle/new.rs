@@ -2,10 +2,10 @@
 
 use crate::output::print;
 use anyhow::bail;
-use backseat_analysis::vehicle::{Sizes, TEMPLATES, Template};
 use backseat_logs::VehicleFile;
 use backseat_logs::output::{self, Existing};
-use backseat_report::Report;
+use backseat_logs::textbook::{Scatter, Sizes, TEMPLATES, Template};
+use backseat_report::{Report, Table};
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use std::path::{Path, PathBuf};
 
@@ -17,7 +17,8 @@ Examples:
 
 Without sizes the template is written as it is, with the source of each number. With any of them the numbers that the
 data sheet does not give are scaled: added mass with the mass, moments of inertia with mass and size squared, drag with
-the areas that make it, thrust with the drag, so that the top speed stays. `identify` then finds better ones.";
+the areas that make it, thrust with the drag, so that the top speed stays. How well that is known is printed: the
+sigma that `diagnose FOLDER` gives the same numbers as their prior. `identify` then finds better ones.";
 
 /// Write a vehicle file from a template and the numbers of a data sheet
 #[derive(clap::Args)]
@@ -80,12 +81,19 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     } else {
         args.from.text.to_owned()
     };
+    let scatter = Scatter::of_templates().rows();
+    let known = Table::new("How well a scaled number is known", &["coefficient", "one sigma of its factor"]);
+    let known = scatter.iter().fold(known, |table, (name, sigma)| {
+        table.row([(*name).to_owned(), format!("{:.2} to {:.2}", (-sigma).exp(), sigma.exp())])
+    });
     output::write(&args.out, existing, |out| out.write_all(text.as_bytes()))?;
     let path = args.out.display().to_string();
     let report = Report::new("A new vehicle", format!("written: {path}"))
+        .table(known)
         .text(&format!("next: backseat vehicle check {path}"))
         .value("vehicle_file", path)
         .value("from", file.name)
-        .value("scaled", is_scaled);
+        .value("scaled", is_scaled)
+        .value("prior_sigma_ln", serde_json::Map::from_iter(scatter.map(|(name, of)| (name.to_owned(), of.into()))));
     print(&report, args.json)
 }

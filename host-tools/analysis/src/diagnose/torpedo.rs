@@ -4,7 +4,6 @@ use super::format::probability;
 use super::torpedo_drift::{drift_table, drift_value};
 use crate::provenance;
 use crate::read_log::{ReadLog, file_name};
-use crate::vehicle::Sizes;
 use anyhow::anyhow;
 use backseat_core::dynamics::ParameterError;
 use backseat_diagnose::torpedo::carry::{self, Drift};
@@ -12,6 +11,7 @@ use backseat_diagnose::torpedo::{self, Found, HORIZONS_S, Parameter, Predictions
 use backseat_identify::short_runs::predict::{CHANNELS, Squares, start_of};
 use backseat_identify::short_runs::recording::{Wanted, Window, windows};
 use backseat_identify::short_runs::{Draft, Run, RunModel};
+use backseat_logs::textbook::Sizes;
 use backseat_logs::{Log, VehicleFile};
 use backseat_report::console::Spinner;
 use backseat_report::plots::{self, Point, Scale, XyPlot};

@@ -5,6 +5,7 @@ use backseat_core::dynamics::{ParameterError, VehicleParameters};
 use backseat_core::effects::{FIN_NAMES, ParameterId, dvl_scale};
 use backseat_logs::VehicleFile;
 use backseat_logs::short_runs::{COMMON, Configuration, OF_CONFIGURATION, ShortRuns, Value};
+use backseat_logs::textbook::Scatter;
 
 /// Where a number stands.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -182,9 +183,12 @@ const fn mass(places: &'static [usize]) -> Place {
     Place::Mass(places)
 }
 
-/// The textbook's coefficients, with the sigma of what a data sheet leaves open.
+/// The textbook's coefficients, with the sigma of what scaling by a data sheet leaves open. By how much two that a body of
+/// revolution has alike differ is of fins, antennas and doors: no template has it measured.
 #[must_use]
 pub fn coefficients() -> Vec<Unknown> {
+    let scatter = Scatter::of_templates();
+    let ([m1, m2, m4, m5], [d1, d2, d4, d5]) = (scatter.mass, scatter.drag);
     let of = |name: &str, place, sigma| Unknown {
         name: name.to_owned(),
         effect: "",
@@ -194,22 +198,22 @@ pub fn coefficients() -> Vec<Unknown> {
         open: [0.0; 2],
     };
     vec![
-        of("ln m11", mass(&[0]), 0.08),
-        of("ln m22 = m33", mass(&[1, 2]), 0.10),
-        of("ln m44", mass(&[3]), 0.4),
-        of("ln m55 = m66", mass(&[4, 5]), 0.15),
-        of("ln d11", Place::Drag(&[0]), 0.4),
-        of("ln d22 = d33", Place::Drag(&[1, 2]), 0.5),
+        of("ln m11", mass(&[0]), m1),
+        of("ln m22 = m33", mass(&[1, 2]), m2),
+        of("ln m44", mass(&[3]), m4),
+        of("ln m55 = m66", mass(&[4, 5]), m5),
+        of("ln d11", Place::Drag(&[0]), d1),
+        of("ln d22 = d33", Place::Drag(&[1, 2]), d2),
         of("ln d33/d22", Place::Drag(&[2]), 0.5),
-        of("ln d44", Place::Drag(&[3]), 1.5),
-        of("ln d55 = d66", Place::Drag(&[4, 5]), 0.7),
-        of("ln fin lift", Place::FinLift, 0.5),
-        of("ln stall", Place::Stall, 0.3),
-        of("ln beta5", Place::Thrust, 0.7),
+        of("ln d44", Place::Drag(&[3]), d4),
+        of("ln d55 = d66", Place::Drag(&[4, 5]), d5),
+        of("ln fin lift", Place::FinLift, scatter.fin_lift),
+        of("ln stall", Place::Stall, scatter.stall),
+        of("ln beta5", Place::Thrust, scatter.thrust),
         of("ln m33/m22", mass(&[2]), 0.15),
         of("ln m66/m55", mass(&[5]), 0.10),
         of("ln d66/d55", Place::Drag(&[5]), 0.3),
-        of("ln b_z", Place::Metacentre, 0.6),
+        of("ln b_z", Place::Metacentre, scatter.metacentre),
     ]
 }
 
