@@ -8,7 +8,6 @@
 //! [`SensorKind::most`]: backseat_logs::plausible_noise::SensorKind::most
 
 use crate::log_effects::Effects;
-use crate::noise::{declared, most_scale};
 use crate::prepared_log::{DataPart, PreparedLog};
 use crate::samples::ResidualChannel;
 use crate::whitener::{self, Colour, Pass, Setup};
@@ -133,7 +132,7 @@ fn apply(setup: &mut Setup, noise: &Mixtures, channels: &[ResidualChannel]) {
     for channel in channels {
         let mixture = &noise[*channel as usize];
         setup.scale[*channel as usize] = mixture.white_size();
-        let sigma = declared(*channel, &setup.sensors) * mixture.size;
+        let sigma = channel.declared_sigma(&setup.sensors) * mixture.size;
         let parts = mixture.parts.iter().filter(|(share, _)| *share > 0.0);
         let colour =
             |(share, tau_s): &(f64, f64)| Colour { channel: *channel, sigma: sigma * share.sqrt(), tau_s: *tau_s };
@@ -200,7 +199,7 @@ impl Search<'_> {
                 let at = *channel as usize;
                 let mut changed = change(&best.0[at]);
                 // Data are not trusted more than they were declared.
-                changed.size = changed.size.clamp(1.0, most_scale(*channel, sensors));
+                changed.size = changed.size.clamp(1.0, channel.most_scale(sensors));
                 if changed.is_possible() {
                     trial[at] = changed;
                 }
@@ -258,7 +257,7 @@ fn slower(factor: f64) -> impl Fn(&Mixture) -> Mixture {
 pub fn notes(setup: &Setup) -> Vec<String> {
     let of = |channel: ResidualChannel| {
         let lasting: Vec<&Colour> = setup.colours.iter().filter(|colour| colour.channel == channel).collect();
-        let white = declared(channel, &setup.sensors) * setup.scale[channel as usize];
+        let white = channel.declared_sigma(&setup.sensors) * setup.scale[channel as usize];
         let parts: Vec<String> =
             lasting.iter().map(|colour| format!("{:.2e} over {:.1} s", colour.sigma, colour.tau_s)).collect();
         (!parts.is_empty()).then(|| {

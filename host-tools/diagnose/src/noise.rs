@@ -4,7 +4,6 @@ use crate::samples::{LogEvent, Reading, ResidualChannel, Samples};
 use crate::split::{DataPart, Split};
 use crate::whitener::Residual;
 use backseat_core::navigation::SensorNoise;
-use backseat_logs::log::USBL_ANGLE_SIGMA_RAD;
 use backseat_logs::stats::{median, poisson_tail};
 use std::collections::BTreeMap;
 
@@ -19,31 +18,6 @@ const NEIGHBOURS: usize = 3;
 const OUTLIER: f64 = 4.5;
 /// Times that the neighbours are chosen again.
 const PASSES: usize = 3;
-
-/// Distance at which the direction of a USBL is given in metres, where no fix states it, m.
-const USBL_DISTANCE_M: f64 = 500.0;
-
-/// What a sensor is declared to scatter by in the whitener, in the channel's unit.
-#[must_use]
-pub fn declared(channel: ResidualChannel, sensors: &SensorNoise) -> f64 {
-    use ResidualChannel as C;
-    match channel {
-        C::Depth | C::DepthRate => sensors.depth_m,
-        C::Roll | C::Pitch | C::Heading => sensors.attitude_rad,
-        C::P | C::Q | C::R => sensors.rates_radps,
-        C::DvlU | C::DvlV | C::DvlW | C::WaterSpeed => sensors.dvl_mps,
-        C::GnssX | C::GnssY => sensors.gnss_m,
-        C::Range | C::UsblAlong => sensors.range_m,
-        C::UsblAcross | C::UsblDown => USBL_DISTANCE_M * USBL_ANGLE_SIGMA_RAD,
-        C::RangeRate => sensors.range_rate_mps,
-    }
-}
-
-/// The largest factor on the declared noise of a channel that its kind of sensor makes.
-#[must_use]
-pub fn most_scale(channel: ResidualChannel, sensors: &SensorNoise) -> f64 {
-    (channel.sensor().most(sensors) / declared(channel, sensors)).max(1.0)
-}
 
 /// Factor of each channel's noise on the declared one: from differences of successive normalised innovations,
 /// which whatever is slow (an effect) leaves alone; a median, which outliers leave alone. Never below 1: data are not
@@ -62,7 +36,7 @@ pub fn scales(residuals: &[Residual], sensors: &SensorNoise) -> [f64; ResidualCh
         let scale = median(&jumps).unwrap_or(1.0) * 1.482_602;
         // A median deviation has 1.17/√n relative error; differences overlap and count by half.
         let error = 1.17 * (2.0 / e.len() as f64).sqrt();
-        let most = most_scale(ResidualChannel::ALL[index], sensors);
+        let most = ResidualChannel::ALL[index].most_scale(sensors);
         if scale > 1.0 + BELIEVED * error { scale.min(most) } else { 1.0 }
     })
 }

@@ -4,8 +4,9 @@
 //! about the launch), so that only the vehicle has states.
 
 use crate::statistics::MOST_COLOURED;
+use backseat_core::navigation::SensorNoise;
 use backseat_estimation::commands::{Commands, InputLine, InputTiming};
-use backseat_logs::log::{Column, LogRow, Usbl};
+use backseat_logs::log::{Column, LogRow, USBL_ANGLE_SIGMA_RAD, Usbl};
 use backseat_logs::{Log, VehicleFile};
 
 /// Half of the window over which the ship's track about a launch is taken, µs.
@@ -55,6 +56,9 @@ pub enum ResidualChannel {
     WaterSpeed,
 }
 
+/// Distance at which the direction of a USBL is given in metres, where no fix states it, m.
+const USBL_DISTANCE_M: f64 = 500.0;
+
 impl ResidualChannel {
     /// Number of channels.
     pub const COUNT: usize = Self::WaterSpeed as usize + 1;
@@ -81,6 +85,27 @@ impl ResidualChannel {
         Self::DepthRate,
         Self::WaterSpeed,
     ];
+
+    /// What the sensor is declared to scatter by in the whitener, in the channel's unit.
+    #[must_use]
+    pub fn declared_sigma(self, sensors: &SensorNoise) -> f64 {
+        match self {
+            Self::Depth | Self::DepthRate => sensors.depth_m,
+            Self::Roll | Self::Pitch | Self::Heading => sensors.attitude_rad,
+            Self::P | Self::Q | Self::R => sensors.rates_radps,
+            Self::DvlU | Self::DvlV | Self::DvlW | Self::WaterSpeed => sensors.dvl_mps,
+            Self::GnssX | Self::GnssY => sensors.gnss_m,
+            Self::Range | Self::UsblAlong => sensors.range_m,
+            Self::UsblAcross | Self::UsblDown => USBL_DISTANCE_M * USBL_ANGLE_SIGMA_RAD,
+            Self::RangeRate => sensors.range_rate_mps,
+        }
+    }
+
+    /// The largest factor on the declared noise that this kind of sensor makes.
+    #[must_use]
+    pub fn most_scale(self, sensors: &SensorNoise) -> f64 {
+        (self.sensor().most(sensors) / self.declared_sigma(sensors)).max(1.0)
+    }
 
     /// Name in reports.
     #[must_use]

@@ -81,11 +81,16 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     } else {
         args.from.text.to_owned()
     };
-    let scatter = Scatter::of_templates().rows();
-    let known = Table::new("How well a scaled number is known", &["coefficient", "one sigma of its factor"]);
-    let known = scatter.iter().fold(known, |table, (name, sigma)| {
-        table.row([(*name).to_owned(), format!("{:.2} to {:.2}", (-sigma).exp(), sigma.exp())])
-    });
+    let scatter = Scatter::TAKEN.rows();
+    let published = Scatter::of_templates().rows();
+    let header = ["coefficient", "one sigma of its factor", "published vehicles differ by"];
+    let known = scatter.iter().zip(published).fold(
+        Table::new("How well a scaled number is known", &header),
+        |table, ((name, sigma), (_, published))| {
+            let factor = format!("{:.2} to {:.2}", (-sigma).exp(), sigma.exp());
+            table.row([(*name).to_owned(), factor, format!("{:.2}", published.exp())])
+        },
+    );
     output::write(&args.out, existing, |out| out.write_all(text.as_bytes()))?;
     let path = args.out.display().to_string();
     let report = Report::new("A new vehicle", format!("written: {path}"))

@@ -2,7 +2,6 @@
 
 use super::{Filter, Kind, LANES, Residual, matrix};
 use crate::log_effects::PathAt;
-use crate::noise;
 use crate::normal_equations::BlockEquationsBuilder;
 use crate::regressors::{self, Snapshot, Target};
 use crate::samples::{Reading, ResidualChannel, ShipAtLaunch};
@@ -192,7 +191,7 @@ impl Filter<'_> {
             jacobian.fixed_view_mut::<1, 3>(i, PHI).tr_copy_from(&turned);
             variance[i] = sigma * sigma + horizontal(axis) * ship.position_variance_m2;
             let channel = ResidualChannel::ALL[ResidualChannel::UsblAlong as usize + i];
-            lasting[i] = sigma / noise::declared(channel, &self.setup.sensors);
+            lasting[i] = sigma / channel.declared_sigma(&self.setup.sensors);
         }
         truth[0] += usbl.range_m;
         Some(Prediction {

@@ -187,7 +187,7 @@ const fn mass(places: &'static [usize]) -> Place {
 /// revolution has alike differ is of fins, antennas and doors: no template has it measured.
 #[must_use]
 pub fn coefficients() -> Vec<Unknown> {
-    let scatter = Scatter::of_templates();
+    let scatter = Scatter::TAKEN;
     let ([m1, m2, m4, m5], [d1, d2, d4, d5]) = (scatter.mass, scatter.drag);
     let of = |name: &str, place, sigma| Unknown {
         name: name.to_owned(),
