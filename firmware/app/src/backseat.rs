@@ -14,7 +14,7 @@ use crate::adaptation::Adaptation;
 use crate::consequences::Consequences;
 use crate::drivers::Drivers;
 use crate::estimator::{Estimator, FilterPlace};
-use crate::host::{HOST_RING, Host, send};
+use crate::host::{HOST_RING, Host, report};
 use crate::inputs::Inputs;
 use crate::inputs::installation::horizon_us;
 use crate::late::LateSteps;
@@ -405,13 +405,13 @@ impl Backseat {
     #[inline(never)]
     pub fn report(&mut self, now_us: u64, out: &mut Ring<HOST_RING>) {
         if core::mem::take(&mut self.drivers.news) {
-            send(out, &FromBoard::Health(self.link_health()));
+            report(out, &FromBoard::Health(self.link_health()));
         }
         for record in self.estimator.records() {
-            send(out, &FromBoard::Fusion(telemetry::fusion(record)));
+            report(out, &FromBoard::Fusion(telemetry::fusion(record)));
         }
         if let Some(ship) = self.estimator.take_ship() {
-            send(out, &FromBoard::Ship(telemetry::ship(now_us, &ship)));
+            report(out, &FromBoard::Ship(telemetry::ship(now_us, &ship)));
         }
         let record = telemetry::record(
             now_us,
@@ -422,18 +422,18 @@ impl Backseat {
             self.steering.leg(),
             self.links.rejected(&self.parameters.active().app),
         );
-        send(out, &FromBoard::Telemetry(record));
+        report(out, &FromBoard::Telemetry(record));
         if let Some(identification) = self.adaptation.report(now_us) {
-            send(out, &FromBoard::Identification(identification));
+            report(out, &FromBoard::Identification(identification));
         }
         if let Some(stored) = self.learning.take_report() {
-            send(out, &FromBoard::LearntStored(stored));
+            report(out, &FromBoard::LearntStored(stored));
         }
-        if let Some(report) = self.adaptation.fault_report(now_us) {
-            send(out, &FromBoard::Fault(report));
+        if let Some(fault) = self.adaptation.fault_report(now_us) {
+            report(out, &FromBoard::Fault(fault));
         }
         if let Some(statement) = self.consequences.told.take() {
-            send(out, &FromBoard::Naming(telemetry::naming(&statement, self.consequences.decision())));
+            report(out, &FromBoard::Naming(telemetry::naming(&statement, self.consequences.decision())));
         }
         self.report_estimates(now_us, out);
     }
@@ -445,7 +445,7 @@ impl Backseat {
         }
         let dives = self.parameters.active().learnt.dives;
         if let Some(estimates) = telemetry::estimates(now_us, self.estimator.navigator(), dives) {
-            send(out, &FromBoard::Estimates(estimates));
+            report(out, &FromBoard::Estimates(estimates));
         }
     }
 

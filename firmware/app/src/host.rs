@@ -8,6 +8,8 @@ use backseat_wire::ship_state::Key;
 
 /// Bytes that may wait for the host: some twenty steps of telemetry.
 pub const HOST_RING: usize = 8192;
+/// Those of them that only answers may take: who asks is answered, however long nobody has read what the board reports.
+const FOR_ANSWERS: usize = 1024;
 
 /// First four bytes of the commit that this release was made from (`.ci/release`); 0: no release.
 pub const COMMIT: u32 = match option_env!("BACKSEAT_COMMIT") {
@@ -18,12 +20,21 @@ pub const COMMIT: u32 = match option_env!("BACKSEAT_COMMIT") {
     None => 0,
 };
 
-/// Queues one message to the host.
+/// Queues the answer to a request of the host.
 pub fn send(out: &mut Ring<HOST_RING>, message: &FromBoard<'_>) {
+    queue(out, message, 0);
+}
+
+/// Queues what the host did not ask for.
+pub fn report(out: &mut Ring<HOST_RING>, message: &FromBoard<'_>) {
+    queue(out, message, FOR_ANSWERS);
+}
+
+fn queue(out: &mut Ring<HOST_RING>, message: &FromBoard<'_>, spare: usize) {
     let mut buffer = [0; MAX_FRAME];
     // every message fits a frame
     if let Ok(frame) = encode(message, &mut buffer) {
-        out.push(frame);
+        out.push_sparing(frame, spare);
     }
 }
 

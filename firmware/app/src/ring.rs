@@ -18,7 +18,12 @@ impl<const N: usize> Ring<N> {
 
     /// Queues a frame.
     pub fn push(&mut self, frame: &[u8]) {
-        if self.bytes.len() + frame.len() > N {
+        self.push_sparing(frame, 0);
+    }
+
+    /// Queues a frame if that leaves room for `spare` bytes.
+    pub fn push_sparing(&mut self, frame: &[u8], spare: usize) {
+        if self.bytes.len() + frame.len() + spare > N {
             self.dropped = self.dropped.saturating_add(1);
             return;
         }
@@ -78,6 +83,8 @@ mod tests {
         assert_eq!((ring.len(), ring.dropped()), (7, 0));
         ring.push(b"xy");
         assert_eq!((ring.len(), ring.dropped()), (7, 1));
+        ring.push_sparing(b"x", 1);
+        assert_eq!((ring.len(), ring.dropped()), (7, 2));
         let mut out = std::vec::Vec::new();
         while !ring.is_empty() {
             out.extend_from_slice(ring.front());

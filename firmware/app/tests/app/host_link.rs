@@ -123,6 +123,20 @@ fn the_counters_tell_what_came_in() {
     assert_eq!(health.receive_losses, [0; 5]);
 }
 
+/// However full of reports the ring is.
+#[test]
+fn who_asks_is_answered_however_long_nobody_has_read() {
+    for unread in 20..80 {
+        let mut board = Direct::new(None);
+        for step in 1..=unread {
+            board.app_mut().step(100_000 * step);
+        }
+        board.request(&ToBoard::HealthGet);
+        assert!(board.heard().health.take().is_some(), "after {unread} steps");
+        assert_eq!(ask(&mut board, &ToBoard::Hello), Ok(()), "after {unread} steps");
+    }
+}
+
 /// Six tenths of a second without a step: it came half a second late.
 #[test]
 fn steps_that_come_late_are_counted() {
