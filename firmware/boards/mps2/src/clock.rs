@@ -94,7 +94,9 @@ pub fn on_wrap() {
     });
 }
 
-/// TIMER1 has run down. It goes on with the same interval, until the loop sets another alarm.
+/// TIMER1 has run down, and is stopped: by itself it would go on with the same interval. An alarm set a moment before its
+/// time would then interrupt every few microseconds, and leave the loop no time to set another.
 pub fn on_alarm() {
+    Timer::write(&timer1().control, 0);
     Timer::write(&timer1().interrupt, 1);
 }
