@@ -2,8 +2,8 @@
 //! parameter.
 
 use crate::{Sample, parameters};
-use backseat_core::identification::ACCELERATION_NOISE;
 use backseat_core::dynamics::{Attitude, VehicleModel, VehicleParameters};
+use backseat_core::identification::ACCELERATION_NOISE;
 use backseat_core::identification::aid::{Instant, model_acceleration};
 use backseat_core::identification::regressor::{Regressor, regressor};
 use backseat_core::identification::theta::{M11, PARAMETERS, Theta, theta_of};
