@@ -24,6 +24,7 @@ use crate::modes::{ModeFacts, Modes};
 use crate::parameters::{ParameterStore, Settings};
 use crate::ring::Ring;
 use crate::safety::{self, Action, Decision, Fence, Observed, SafetyMonitor};
+use crate::separation::Separation;
 use crate::steering::{Orders, Situation, Steering};
 use crate::storage::{Asked, Storage};
 use crate::telemetry;
@@ -54,6 +55,7 @@ pub struct Backseat {
     pub estimator: Estimator,
     pub adaptation: Adaptation,
     pub consequences: Consequences,
+    pub separation: Separation,
     pub learning: Learning,
     pub modes: Modes,
     pub steering: Steering,
@@ -97,6 +99,7 @@ impl Backseat {
             estimator: Estimator::new(filter),
             adaptation: Adaptation::new(),
             consequences: Consequences::new(),
+            separation: Separation::new(),
             learning: Learning::new(),
             modes: Modes::new(),
             steering: Steering::new(),
@@ -120,6 +123,7 @@ impl Backseat {
         self.estimator.reset();
         self.adaptation.restart();
         self.consequences = Consequences::new();
+        self.separation = Separation::new();
         self.learning = Learning::new();
         self.modes = Modes::new();
         self.steering.restart();
@@ -178,6 +182,7 @@ impl Backseat {
         self.draw_consequences(now_us);
         let mut orders = Orders::default();
         self.judge(now_us, failed, &mut orders);
+        self.separate(now_us);
         self.steer(now_us, &mut orders);
         self.carry_out(&orders);
         self.ask(now_us);
@@ -433,7 +438,8 @@ impl Backseat {
             send(out, &FromBoard::Fault(report));
         }
         if let Some(statement) = self.consequences.told.take() {
-            send(out, &FromBoard::Naming(telemetry::naming(&statement, self.consequences.decision())));
+            let (decision, question) = (self.consequences.decision(), self.separation.question());
+            send(out, &FromBoard::Naming(telemetry::naming(&statement, decision, question)));
         }
         self.report_estimates(now_us, out);
     }

@@ -55,6 +55,7 @@ mod recorded;
 mod requests;
 mod ring;
 mod safety;
+mod separation;
 mod steering;
 mod step_watch;
 mod storage;

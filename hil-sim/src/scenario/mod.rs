@@ -19,7 +19,7 @@ pub use effects::{Effect, Effects, Physics, Request};
 pub use installation::Installation;
 pub use limits::{End, Limits};
 pub use load::from_toml;
-pub use mission::{Alert, Fence, Lawnmower, Mission, MissionWaypoint, SurveyLine};
+pub use mission::{Alert, Fence, Lawnmower, Mission, MissionWaypoint, Separate, SurveyLine};
 pub use sections::{Acoustics, Companion, Current, Environment, Exchange, Plant, Ship, ShipTrack, Slot, Start};
 pub use sensors::{Ahrs, Depth, Dvl, Gnss, Sensors, ShipGnss};
 
@@ -59,6 +59,9 @@ pub struct Settings {
     pub start: Start,
     /// What to fly.
     pub mission: Mission,
+    /// Whether a manoeuvre may tell two causes apart.
+    #[serde(default)]
+    pub separate: Separate,
     /// The polygon that it must not leave.
     #[serde(default)]
     pub fence: Fence,

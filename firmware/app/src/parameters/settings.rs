@@ -65,6 +65,17 @@ pub enum NamingUse {
     All,
 }
 
+/// Whether a manoeuvre may tell two causes apart.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Separate {
+    /// None is flown.
+    Never,
+    /// One that stays on the line.
+    OnLegs,
+    /// One that leaves it by up to 10 m as well.
+    Free,
+}
+
 /// Settings of the app itself.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AppSettings {
@@ -120,6 +131,8 @@ pub struct AppSettings {
     pub level_probability_per_hour: f64,
     /// What is done with what changes in flight.
     pub naming: NamingUse,
+    /// Whether a manoeuvre may tell two causes apart.
+    pub separate: Separate,
     /// Deepest estimate at which a fix is believed, m.
     pub gnss_max_depth_m: f64,
     /// AHRS protocol.
@@ -218,6 +231,7 @@ impl AppSettings {
         water_area: Declared::DEFAULT.area,
         level_probability_per_hour: Declared::DEFAULT.probability_per_hour,
         naming: NamingUse::Name,
+        separate: Separate::Never,
         gnss_max_depth_m: 1.0,
         ahrs_protocol: AhrsProtocol::Gx3,
         dvl_source: DvlSource::Pd0,

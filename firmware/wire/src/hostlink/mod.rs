@@ -19,7 +19,7 @@ pub use crash::Crash;
 pub use health::{BoardLog, Hardware, Health, LogState, Oscillator, Stack};
 pub use identification::{
     Activity, Decision, DecisionReason, Estimate, Estimates, FaultCause, FaultDiagnosis, FaultReport, FaultState,
-    Identification, LearntStored, MAX_ESTIMATES, MAX_NAMED, NamedCause, Naming, UsedFor, Visibility,
+    Identification, LearntStored, MAX_ESTIMATES, MAX_NAMED, NamedCause, Naming, Question, UsedFor, Visibility,
 };
 pub use images::{Image, ImageId, Images, StoredImage, UPDATE_CHUNK};
 pub use messages::{

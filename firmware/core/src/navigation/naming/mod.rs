@@ -8,6 +8,7 @@ mod evidence;
 mod onset;
 mod scatter;
 mod sensitivities;
+mod separate;
 mod statement;
 mod sums;
 mod taken;
