@@ -7,6 +7,7 @@ mod cloning;
 mod effects;
 pub(super) mod estimates;
 mod fusion;
+mod intersection;
 mod learnt;
 pub(super) mod prediction;
 #[cfg(test)]

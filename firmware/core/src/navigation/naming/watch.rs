@@ -12,7 +12,7 @@ use super::taken::{Taken, colour_of, numbers};
 use super::used::Used;
 use crate::dynamics::ActuatorInput;
 use crate::navigation::filter::cekf::Filter;
-use crate::navigation::interface::measurement::Measurement;
+use crate::navigation::interface::measurement::{Measurement, Sensor};
 use crate::state::{VEHICLE_STATES, VehicleState, Z};
 
 /// Length of a block, µs of counted time.
@@ -179,7 +179,8 @@ impl Naming {
     pub fn will_fuse(&mut self, filter: Option<&Filter>, measurement: &Measurement) -> &mut Sensitivities {
         if let Some(filter) = filter {
             let hours = self.hours(filter.time_us());
-            let counts = self.started && self.counts();
+            // what another vehicle says is no evidence of this one's state
+            let counts = self.started && self.counts() && measurement.sensor() != Sensor::Peer;
             self.sensitivities.will_fuse(filter, measurement, hours, counts);
         }
         &mut self.sensitivities

@@ -8,9 +8,14 @@ use crate::navigation::algebra::layout::{CLONE_VELOCITY, CloneKind, SHIP_VELOCIT
 use crate::navigation::algebra::observation::{Observation, Refused};
 use crate::navigation::algebra::row::Row;
 use crate::navigation::interface::config::NavigationConfig;
-use crate::navigation::interface::measurement::{AcousticPath, FusionOutcome, ShipEnd, ShipReport, VehicleEnd};
+use crate::navigation::interface::measurement::{
+    AcousticPath, FusionOutcome, PeerReport, ShipEnd, ShipReport, VehicleEnd,
+};
 use crate::state::{PHI, U, X};
 use nalgebra::Vector3;
+
+/// What another vehicle leaves out of its sigma, per axis, m: slow errors of a receiver, arms, the step of its pulse.
+const PEER_SIGMA_M: f64 = 2.0;
 
 /// Both ends, resolved against the state.
 pub(crate) struct Path<'a> {
@@ -33,6 +38,7 @@ enum Ship<'a> {
     State { at: usize },
     Reported(&'a ShipReport),
     Transponder,
+    Peer(&'a PeerReport),
 }
 
 /// A scalar's gradient by an end's position and velocity.
@@ -62,6 +68,7 @@ impl<'a> Path<'a> {
             ShipEnd::Delayed(id) => ship_state(x.clone_at(*id, CloneKind::Ship).ok_or(FusionOutcome::StaleClone)?),
             ShipEnd::Reported(report) => (Ship::Reported(report), at_depth(report.position_m)),
             ShipEnd::Transponder(place_m) => (Ship::Transponder, Vector3::from(*place_m)),
+            ShipEnd::Peer(report) => (Ship::Peer(report), Vector3::from(report.position_m)),
         };
         let dp = p_vehicle - p_ship;
         let Distance { distance_m, direction } = distance(&dp).ok_or(FusionOutcome::Invalid)?;
@@ -86,7 +93,7 @@ impl<'a> Path<'a> {
         let [north, east] = match self.ship {
             Ship::State { at } => x.block::<2>(at + SHIP_VELOCITY),
             Ship::Reported(report) => report.velocity_mps,
-            Ship::Transponder => [0.0; 2],
+            Ship::Transponder | Ship::Peer(_) => [0.0; 2],
         };
         vehicle - Vector3::new(north, east, 0.0)
     }
@@ -114,7 +121,8 @@ impl<'a> Path<'a> {
         }
     }
 
-    /// Adds what the ship contributes: to h, or to R by h_s P_s h_sᵀ where it was reported. The ship subtracts.
+    /// Adds what the ship contributes: to h, or to R by h_s P_s h_sᵀ where it was reported, by another vehicle to the
+    /// part of R that the estimate may share. The ship subtracts.
     pub(crate) fn add_ship(&self, by: &Gradient, out: &mut Observation) {
         let row = &mut out.row;
         match self.ship {
@@ -132,6 +140,11 @@ impl<'a> Path<'a> {
                     + horizontal(&by.velocity) * report.velocity_sigma_mps * report.velocity_sigma_mps;
             }
             Ship::Transponder => {}
+            Ship::Peer(report) => {
+                let ([north, cross, east], x, y) = (report.covariance_m2, by.position.x, by.position.y);
+                let least = PEER_SIGMA_M * PEER_SIGMA_M;
+                out.shared += x * x * (north + least) + 2.0 * x * y * cross + y * y * (east + least);
+            }
         }
     }
 }
