@@ -120,6 +120,12 @@ pub struct VehicleState {
 }
 
 impl VehicleState {
+    /// Whether a frame says that it is one.
+    #[must_use]
+    pub fn is_announced(frame: &[u8]) -> bool {
+        frame.first().is_some_and(|version| FRAMING.versions.contains(version))
+    }
+
     /// Reads a frame as [`Self::parse`] does, if the key is not set or its authentication code is right.
     ///
     /// # Errors
