@@ -226,11 +226,11 @@ fn a_jump_of_the_ships_receiver_is_stated_in_the_packets() {
 fn two_vehicles_keep_their_slots_and_their_tracks() {
     let mut scenario = Scenario::built_in("two_vehicles").unwrap();
     scenario.settings.duration_s = 720.0;
-    let second = scenario.companion().unwrap();
+    let [second] = &scenario.companions()[..] else { panic!("one companion") };
     let mut ship = ShipEnd::with_topside(&scenario).unwrap();
     let mut clients = [Client::new(InProcess::new()), Client::new(InProcess::new())];
     let [first_client, second_client] = &mut clients;
-    let mut fleet = [(&scenario, first_client, None), (&second, second_client, None)];
+    let mut fleet = [(&scenario, first_client, None), (second, second_client, None)];
     let flights = fly_fleet(&mut fleet, &mut ship, &AtomicBool::new(false), |_| {}).unwrap();
     let topside = ship.program().topside().unwrap();
     assert_eq!(topside.tracks().iter().map(|track| track.vehicle).collect::<Vec<_>>(), [2, 3]);
