@@ -144,6 +144,7 @@ impl Uplink {
             depth_m: (x[Z] + arm[2]).max(0.0),
             position_sigma_m,
             ellipse,
+            leans: navigator.leans(),
             velocity_sigma_mps: root(U).max(root(V)),
             heading_rad: x[PSI] - libm::floor(x[PSI] / TAU) * TAU,
             level_m: estimator.level().map_or([None; 2], |level| [level.horizontal_m, level.vertical_m].map(bounded)),

@@ -15,7 +15,7 @@
 //! | 20 | u8 | horizontal protection level, as the accuracy; 255: none, or more |
 //! | 21 | u8 | true heading, 1/256 of a turn |
 //! | 22 | u8 | bits 0 to 2: mode as in the host link; bits 3 to 6: protection level in depth, 0.5 m · 2^(n/2), rounded up, 15: none, or more; bit 7: clock and pulse of the vehicle's modem are good, so that the travel time is a range |
-//! | 23 | u24 | what the board names: [`Named`]; while it names nothing, from bit 5 on the error ellipse: [`Ellipse`] |
+//! | 23 | u24 | what the board names: [`Named`]; while it names nothing, bits 5 to 18 the error ellipse: [`Ellipse`], bit 19: the position leans on other vehicles |
 //! | 26 | u16 | CRC-16/IBM-3740 over bytes 0 to 25 |
 //! | 28 | u32 | version 10 only: authentication code over bytes 0 to 27 |
 //!
@@ -63,6 +63,8 @@ const VELOCITY_MPS: f64 = 10.23;
 const DEPTH: u32 = 13;
 /// Bits of the cause that is named.
 const QUIET: u32 = 5;
+/// Bit that says on whom the position leans.
+const LEANS: u32 = 1 << 19;
 
 impl Steps {
     fn value(&self, step: u8) -> f64 {
@@ -104,6 +106,8 @@ pub struct VehicleState {
     pub position_sigma_m: f64,
     /// Shape of that ellipse; a circle while something is named.
     pub ellipse: Ellipse,
+    /// Since its last fix the vehicle has used another one's range; said to be so while something is named.
+    pub leans: bool,
     /// One sigma of the velocity per axis, m/s.
     pub velocity_sigma_mps: f64,
     /// True heading, rad, [0, 2 pi).
@@ -154,7 +158,7 @@ impl VehicleState {
         let named: [u8; 3] = at(payload, 23)?;
         let [first, second, third] = named;
         let is_quiet = Named::read(named).cause == 0;
-        let shape = u32::from_le_bytes([first, second, third, 0]) >> QUIET;
+        let quiet = u32::from_le_bytes([first, second, third, 0]);
         let velocity_sigma = field(2 * VELOCITY + DEPTH, 5) as u8;
         Ok(Self {
             source,
@@ -168,7 +172,8 @@ impl VehicleState {
             level_m: [HORIZONTAL.level(level), VERTICAL.level((mode & !SYNCHRONOUS) / MODES)],
             mode: mode % MODES,
             synchronous: mode & SYNCHRONOUS != 0,
-            ellipse: if is_quiet { Ellipse::read(shape as u16) } else { Ellipse::CIRCLE },
+            ellipse: if is_quiet { Ellipse::read((quiet >> QUIET) as u16) } else { Ellipse::CIRCLE },
+            leans: !is_quiet || quiet & LEANS != 0,
             named: if is_quiet { Named::NOTHING } else { Named::read(named) },
         })
     }
@@ -224,7 +229,8 @@ impl VehicleState {
         let depth_level = VERTICAL.step_of_level(depth_level)? * MODES;
         writer.byte(mode | depth_level | if self.synchronous { SYNCHRONOUS } else { 0 })?;
         if self.named.cause == 0 {
-            let [a, b, c, _] = (u32::from(self.ellipse.bits()) << QUIET).to_le_bytes();
+            let leans = if self.leans { LEANS } else { 0 };
+            let [a, b, c, _] = (u32::from(self.ellipse.bits()) << QUIET | leans).to_le_bytes();
             writer.bytes(&[a, b, c])?;
         } else {
             writer.bytes(&self.named.bytes()?)?;
@@ -246,6 +252,7 @@ mod tests {
         depth_m: 3.0,
         position_sigma_m: 0.31,
         ellipse: Ellipse::CIRCLE,
+        leans: true,
         velocity_sigma_mps: 0.02,
         heading_rad: TAU / 4.0,
         level_m: [Some(25.0), Some(1.2)],

@@ -260,6 +260,7 @@ mod tests {
         depth_m: 30.0,
         position_sigma_m: 2.0,
         ellipse: Ellipse::CIRCLE,
+        leans: true,
         velocity_sigma_mps: 0.1,
         heading_rad: 0.0,
         level_m: [Some(20.0), Some(1.0)],

@@ -463,7 +463,8 @@ fn evaluate_peer(
         return Err(Loss::Absurd);
     }
     let position_m = [north_m, east_m, vehicle.depth_m];
-    let peer = PeerReport { address: vehicle.source, position_m, covariance_m2: vehicle.covariance_m2 };
+    let HeardVehicle { source: address, covariance_m2, leans, .. } = *vehicle;
+    let peer = PeerReport { address, position_m, covariance_m2, leans };
     Ok(PeerPacket { bridge_us, range_m, peer })
 }
 

@@ -64,6 +64,8 @@ pub struct HeardVehicle {
     pub depth_m: f64,
     /// Variance of the position north, covariance, variance east, m².
     pub covariance_m2: [f64; 3],
+    /// That position leans on other vehicles.
+    pub leans: bool,
 }
 
 /// Reports of the modem about packets, one sentence each.

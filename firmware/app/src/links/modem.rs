@@ -171,8 +171,16 @@ fn content(frame: &[u8], settings: &AppSettings) -> Result<Content, Error> {
     } else if settings.use_peers && VehicleState::is_announced(frame) {
         VehicleState::parse_authentic(frame, key).map(|state| {
             let covariance_m2 = state.position_covariance_m2();
-            let VehicleState { source, transmit_s, synchronous, position_deg, depth_m, .. } = state;
-            Content::Vehicle(HeardVehicle { source, transmit_s, synchronous, position_deg, depth_m, covariance_m2 })
+            let VehicleState { source, transmit_s, synchronous, position_deg, depth_m, leans, .. } = state;
+            Content::Vehicle(HeardVehicle {
+                source,
+                transmit_s,
+                synchronous,
+                position_deg,
+                depth_m,
+                covariance_m2,
+                leans,
+            })
         })
     } else {
         ShipState::parse_authentic(frame, key).map(Content::Ship)

@@ -102,11 +102,6 @@ impl Covariance {
         *self.at_mut(i, j) += a;
     }
 
-    /// P := a P.
-    pub(crate) fn scale(&mut self, a: f64) {
-        self.packed.iter_mut().for_each(|p| *p *= a);
-    }
-
     /// g = P hᵀ of the first `n` states; what is behind them stays.
     pub(crate) fn times_row(&self, n: usize, h: &Row, g: &mut Vector) {
         let n = n.min(N_MAX);

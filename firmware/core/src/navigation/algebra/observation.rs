@@ -12,16 +12,14 @@ pub(crate) struct Observation {
     pub(crate) row: Row,
     /// R, variance of v.
     pub(crate) variance: f64,
-    /// Variance of a further part of v, whose correlation with the estimate is unknown.
-    pub(crate) shared: f64,
 }
 
 impl Observation {
-    const NONE: Self = Self { innovation: 0.0, row: Row::EMPTY, variance: 0.0, shared: 0.0 };
+    const NONE: Self = Self { innovation: 0.0, row: Row::EMPTY, variance: 0.0 };
 
     /// Innovation and noise are finite, and the noise is positive.
     pub(crate) fn is_valid(&self) -> bool {
-        self.innovation.is_finite() && (self.variance + self.shared).is_finite() && self.variance > 0.0
+        self.innovation.is_finite() && self.variance.is_finite() && self.variance > 0.0
     }
 }
 
@@ -48,7 +46,6 @@ impl Observations {
         let item = &mut self.items[place];
         item.innovation = innovation;
         item.variance = variance;
-        item.shared = 0.0;
         item.row.clear();
         item
     }

@@ -216,7 +216,7 @@ impl Filter {
     /// Makes the ship known (again) at the filter's present time; ship clones are forgotten.
     ///
     /// # Errors
-    /// Not initialised, or a value that is not finite (sigma: not positive).
+    /// Not initialised, a value that is not finite (sigma: not positive), or no room beside more than two other vehicles.
     pub fn initialise_ship(&mut self, ship: &InitialShip) -> Result<(), NavigationError> {
         self.initialise_ship_observed(ship, &mut ())
     }
@@ -235,6 +235,9 @@ impl Filter {
         }
         check(&ship.state, &ship.sigma)?;
         self.forget_ship(observer);
+        if !self.x.layout.has_room(SHIP_STATES) {
+            return Err(NavigationError::NotInitialised);
+        }
         let (n, at) = (self.dimension(), self.x.layout.ship_place());
         self.p.insert(n, at, SHIP_STATES);
         self.x.insert(n, at, SHIP_STATES);

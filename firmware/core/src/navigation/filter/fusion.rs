@@ -47,19 +47,17 @@ impl Filter {
             self.refuse(sensor, scalars, FusionOutcome::Invalid, fusions);
             return;
         }
+        if let Measurement::Range { path: AcousticPath { ship: ShipEnd::Peer(peer), .. }, .. } = measurement {
+            return self.fuse_peer(measurement, peer, fusions, observer);
+        }
         match self.observe(measurement) {
-            Ok(()) => match measurement {
-                Measurement::Range { path: AcousticPath { ship: ShipEnd::Peer(peer), .. }, .. } => {
-                    self.intersect(peer.address, fusions, observer);
-                }
-                _ => self.update(sensor, fusions, observer),
-            },
+            Ok(()) => self.update(sensor, fusions, observer),
             Err(outcome) => self.refuse(sensor, scalars, outcome, fusions),
         }
     }
 
     /// Fills `observations`.
-    fn observe(&mut self, measurement: &Measurement) -> Result<(), Refused> {
+    pub(super) fn observe(&mut self, measurement: &Measurement) -> Result<(), Refused> {
         self.monitor.sigma = self.effects.gate_sigma(measurement.channel(), &self.config, &self.x);
         let (x, config, out) = (&self.x, &self.config, &mut self.observations);
         let sigma = &config.sensors;
@@ -150,6 +148,9 @@ impl Filter {
         } else if alert {
             self.leave_at_least(sensor, self.monitor.floor(sensor));
         }
+        if sensor == Sensor::VehicleGnss {
+            self.peers.leans = false;
+        }
         if waves {
             self.learn_waves(fusions);
         }
@@ -228,7 +229,7 @@ impl Filter {
     }
 
     #[cold]
-    fn refuse(&self, sensor: Sensor, scalars: usize, outcome: FusionOutcome, fusions: &mut Fusions) {
+    pub(super) fn refuse(&self, sensor: Sensor, scalars: usize, outcome: FusionOutcome, fusions: &mut Fusions) {
         for axis in 0..scalars {
             fusions.push(self.record(sensor, axis, f64::NAN, f64::NAN, outcome));
         }

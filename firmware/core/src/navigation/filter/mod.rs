@@ -7,8 +7,8 @@ mod cloning;
 mod effects;
 pub(super) mod estimates;
 mod fusion;
-mod intersection;
 mod learnt;
+mod peers;
 pub(super) mod prediction;
 #[cfg(test)]
 mod tests;

@@ -110,6 +110,8 @@ pub struct PeerReport {
     pub position_m: [f64; 3],
     /// Variance north, covariance, variance east, m².
     pub covariance_m2: [f64; 3],
+    /// Since its last fix it has used another vehicle's range.
+    pub leans: bool,
 }
 
 /// The ship's end of an acoustic path, or what is there in place of a ship.
@@ -123,7 +125,7 @@ pub enum ShipEnd {
     Reported(ShipReport),
     /// A fixed transponder (LBL) at this declared place: north, east, down, m.
     Transponder([f64; 3]),
-    /// Another vehicle. It may have used what this filter knows: how their errors are correlated is unknown.
+    /// Another vehicle, whose errors of one packet are those of the next.
     Peer(PeerReport),
 }
 
@@ -309,7 +311,7 @@ pub enum FusionOutcome {
     StaleClone,
     /// A range rate while the position is too uncertain for it: not used, and no contradiction. NaN, as if invalid.
     PositionUncertain,
-    /// A range to another vehicle that would tell nothing that is not known already.
+    /// A range to another vehicle that would tell little, or whose place may rest on this filter's own.
     Redundant,
 }
 

@@ -13,7 +13,7 @@ use super::used::Used;
 use crate::dynamics::ActuatorInput;
 use crate::navigation::filter::cekf::Filter;
 use crate::navigation::interface::measurement::{Measurement, Sensor};
-use crate::state::{VEHICLE_STATES, VehicleState, Z};
+use crate::state::{VehicleState, Z};
 
 /// Length of a block, µs of counted time.
 const BLOCK_US: u64 = 20_000_000;
@@ -203,7 +203,7 @@ impl Naming {
             self.counted_us += since_us;
         }
         match self.stage {
-            Stage::Idle if self.is_block_full() && filter.dimension() == VEHICLE_STATES => self.close_block(now_us),
+            Stage::Idle if self.is_block_full() && !filter.has_clones() => self.close_block(now_us),
             Stage::Idle => {}
             Stage::Weigh => self.weigh(),
             Stage::Open => self.open(),

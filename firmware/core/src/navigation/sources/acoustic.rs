@@ -12,10 +12,16 @@ use crate::navigation::interface::measurement::{
     AcousticPath, FusionOutcome, PeerReport, ShipEnd, ShipReport, VehicleEnd,
 };
 use crate::state::{PHI, U, X};
-use nalgebra::Vector3;
+use nalgebra::{Matrix2, Vector3};
 
 /// What another vehicle leaves out of its sigma, per axis, m: slow errors of a receiver, arms, the step of its pulse.
 const PEER_SIGMA_M: f64 = 2.0;
+
+/// Covariance of another vehicle's statement, m².
+pub(crate) fn stated(peer: &PeerReport) -> Matrix2<f64> {
+    let ([north, cross, east], least) = (peer.covariance_m2, PEER_SIGMA_M * PEER_SIGMA_M);
+    Matrix2::new(north + least, cross, cross, east + least)
+}
 
 /// Both ends, resolved against the state.
 pub(crate) struct Path<'a> {
@@ -35,10 +41,13 @@ enum Vehicle {
 }
 
 enum Ship<'a> {
-    State { at: usize },
+    State {
+        at: usize,
+    },
     Reported(&'a ShipReport),
     Transponder,
-    Peer(&'a PeerReport),
+    /// Its statement, and where the states of its error stand.
+    Peer(&'a PeerReport, Option<usize>),
 }
 
 /// A scalar's gradient by an end's position and velocity.
@@ -68,7 +77,11 @@ impl<'a> Path<'a> {
             ShipEnd::Delayed(id) => ship_state(x.clone_at(*id, CloneKind::Ship).ok_or(FusionOutcome::StaleClone)?),
             ShipEnd::Reported(report) => (Ship::Reported(report), at_depth(report.position_m)),
             ShipEnd::Transponder(place_m) => (Ship::Transponder, Vector3::from(*place_m)),
-            ShipEnd::Peer(report) => (Ship::Peer(report), Vector3::from(report.position_m)),
+            ShipEnd::Peer(report) => {
+                let at = x.layout.peer(report.address);
+                let [north, east] = at.map_or([0.0; 2], |at| x.block::<2>(at));
+                (Ship::Peer(report, at), Vector3::from(report.position_m) - Vector3::new(north, east, 0.0))
+            }
         };
         let dp = p_vehicle - p_ship;
         let Distance { distance_m, direction } = distance(&dp).ok_or(FusionOutcome::Invalid)?;
@@ -93,7 +106,7 @@ impl<'a> Path<'a> {
         let [north, east] = match self.ship {
             Ship::State { at } => x.block::<2>(at + SHIP_VELOCITY),
             Ship::Reported(report) => report.velocity_mps,
-            Ship::Transponder | Ship::Peer(_) => [0.0; 2],
+            Ship::Transponder | Ship::Peer(..) => [0.0; 2],
         };
         vehicle - Vector3::new(north, east, 0.0)
     }
@@ -121,8 +134,8 @@ impl<'a> Path<'a> {
         }
     }
 
-    /// Adds what the ship contributes: to h, or to R by h_s P_s h_sᵀ where it was reported, by another vehicle to the
-    /// part of R that the estimate may share. The ship subtracts.
+    /// Adds what the ship contributes: to h, or to R by h_s P_s h_sᵀ where it was reported. The ship subtracts, what
+    /// another vehicle states too much adds.
     pub(crate) fn add_ship(&self, by: &Gradient, out: &mut Observation) {
         let row = &mut out.row;
         match self.ship {
@@ -140,10 +153,13 @@ impl<'a> Path<'a> {
                     + horizontal(&by.velocity) * report.velocity_sigma_mps * report.velocity_sigma_mps;
             }
             Ship::Transponder => {}
-            Ship::Peer(report) => {
-                let ([north, cross, east], x, y) = (report.covariance_m2, by.position.x, by.position.y);
-                let least = PEER_SIGMA_M * PEER_SIGMA_M;
-                out.shared += x * x * (north + least) + 2.0 * x * y * cross + y * y * (east + least);
+            Ship::Peer(_, Some(at)) => {
+                row.push(at, by.position.x);
+                row.push(at + 1, by.position.y);
+            }
+            Ship::Peer(report, None) => {
+                let by = by.position.xy();
+                out.variance += by.dot(&(stated(report) * by));
             }
         }
     }

@@ -35,7 +35,6 @@ pub(crate) fn observe(
     let observation = out.add(0.0, 0.0);
     let curvature_m = curvature(x, p, path, config, observation);
     observation.row.clear();
-    observation.shared = 0.0;
 
     let gradient = by_position(path.direction);
     observation.innovation = range_m - path.distance_m - 0.5 * curvature_m;
@@ -63,6 +62,6 @@ fn curvature(
     let across = by_position(Vector3::new(-east / ground_m, north / ground_m, 0.0));
     path.add_vehicle(x, None, &across, scratch);
     path.add_ship(&across, scratch);
-    let spread = p.bilinear(&scratch.row, &scratch.row) + scratch.variance + scratch.shared;
+    let spread = p.bilinear(&scratch.row, &scratch.row) + scratch.variance;
     (spread / path.distance_m).min(path.distance_m)
 }

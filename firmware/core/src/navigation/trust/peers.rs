@@ -6,8 +6,9 @@
 //! the gate. Nothing is added to the filter's own uncertainty: where two vehicles contradict each other, each goes on
 //! by itself.
 
-/// Other vehicles that are kept in mind: a team of six.
-const MOST: usize = 5;
+use crate::navigation::algebra::layout::PEERS;
+use nalgebra::Matrix2;
+
 /// L, how far off a vehicle is that is wrong, m.
 const WRONG_M: f64 = 100.0;
 /// ln of the odds before anything is heard, and at least for a range to be used: ten to one.
@@ -19,26 +20,51 @@ const STEP: [f64; 2] = [-2.5, 1.0];
 /// Gate, squared sigmas.
 const GATE: f64 = 9.0;
 
-/// ln of the odds of each vehicle that was heard, by its modem address.
+/// One that was heard.
+#[derive(Clone, Copy)]
+struct Peer {
+    /// Modem address.
+    address: u8,
+    /// ln of the odds for it.
+    odds: f64,
+    /// Covariance of what it said last, m².
+    stated: Option<Matrix2<f64>>,
+}
+
+/// The vehicles that were heard.
 #[derive(Clone)]
 pub(crate) struct Peers {
-    heard: [Option<(u8, f64)>; MOST],
+    heard: [Option<Peer>; PEERS],
+    /// Since the last fix the position rests on one of them too.
+    pub(crate) leans: bool,
 }
 
 impl Peers {
-    pub(crate) const NONE: Self = Self { heard: [None; MOST] };
+    pub(crate) const NONE: Self = Self { heard: [None; PEERS], leans: false };
 
     /// Weighs a range of the vehicle with this modem address, and says whether it is to be used. A vehicle for which
     /// there is no room is not.
     pub(crate) fn believes(&mut self, address: u8, innovation: f64, variance: f64) -> bool {
-        let known = |place: &&mut Option<(u8, f64)>| place.is_none_or(|(of, _)| of == address);
+        let known = |place: &&mut Option<Peer>| place.is_none_or(|peer| peer.address == address);
         let Some(place) = self.heard.iter_mut().find(known) else { return false };
-        let (_, odds) = place.get_or_insert((address, PRIOR));
+        let Peer { odds, .. } = place.get_or_insert(Peer { address, odds: PRIOR, stated: None });
         let (squared, wide) = (innovation * innovation, variance + WRONG_M * WRONG_M);
         let said = 0.5 * (libm::log(wide / variance) - squared / variance + squared / wide);
         let ([least, most], [down, up]) = (BOUNDS, STEP);
         *odds = (*odds + said.max(down).min(up)).max(least).min(most);
         *odds >= PRIOR && squared <= GATE * variance
+    }
+
+    /// Covariance of what a vehicle said last, m².
+    pub(crate) fn stated(&self, address: u8) -> Option<Matrix2<f64>> {
+        self.heard.iter().flatten().find(|peer| peer.address == address)?.stated
+    }
+
+    /// Keeps the covariance of what a vehicle says now, m².
+    pub(crate) fn state(&mut self, address: u8, stated: Matrix2<f64>) {
+        if let Some(peer) = self.heard.iter_mut().flatten().find(|peer| peer.address == address) {
+            peer.stated = Some(stated);
+        }
     }
 }
 
