@@ -14,13 +14,13 @@ use crate::navigation::interface::measurement::{
 use crate::state::{PHI, U, X};
 use nalgebra::{Matrix2, Vector3};
 
-/// What another vehicle leaves out of its sigma, per axis, m: slow errors of a receiver, arms, the step of its pulse.
-const PEER_SIGMA_M: f64 = 2.0;
+/// No other vehicle is believed to know its place better than this per axis, m: arms, and the step of its pulse.
+const PEER_SIGMA_M: f64 = 1.0;
 
 /// Covariance of another vehicle's statement, m².
 pub(crate) fn stated(peer: &PeerReport) -> Matrix2<f64> {
     let ([north, cross, east], least) = (peer.covariance_m2, PEER_SIGMA_M * PEER_SIGMA_M);
-    Matrix2::new(north + least, cross, cross, east + least)
+    Matrix2::new(north.max(least), cross, cross, east.max(least))
 }
 
 /// Both ends, resolved against the state.
