@@ -5,7 +5,7 @@
 //! | 0 to 4 | shorter over longer half axis: 2^(-n/6), rounded up |
 //! | 5 to 13 | bearing of the longer half axis, 1/512 of half a turn |
 //!
-//! All zero is a circle. Of what is rounded, the half axes are widened by as much as covers the bearing's rounding, so
+//! All zero is [`Ellipse::CIRCLE`]. Of what is rounded, the half axes are widened by as much as covers the bearing's rounding, so
 //! that the ellipse that is read holds the one that was written.
 
 use core::f64::consts::{LN_2, PI};
@@ -66,7 +66,7 @@ impl Ellipse {
         // casts saturate
         let steps = (libm::floor(1.0e-9 - OCTAVE / LN_2 * libm::log(self.share)) as u16).min(MOST);
         let bearing = libm::round(self.bearing_rad * (BEARINGS / PI)) as u16 & 511;
-        if steps == 0 { 0 } else { steps | bearing << 5 }
+        steps | bearing << 5
     }
 }
 
@@ -83,8 +83,7 @@ mod tests {
         assert_eq!(Ellipse::of([0.0; 3]), (0.0, Ellipse::CIRCLE));
         assert_eq!(Ellipse::read(0), Ellipse::CIRCLE);
         for bits in 0..1 << 14 {
-            let kept = if bits & 31 == 0 { 0 } else { bits };
-            assert_eq!(Ellipse::read(bits).bits(), kept);
+            assert_eq!(Ellipse::read(bits).bits(), bits);
         }
     }
 

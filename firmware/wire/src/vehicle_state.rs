@@ -159,6 +159,10 @@ impl VehicleState {
         let [first, second, third] = named;
         let is_quiet = Named::read(named).cause == 0;
         let quiet = u32::from_le_bytes([first, second, third, 0]);
+        // what nothing is written to
+        if is_quiet && quiet >= LEANS << 1 {
+            return Err(Error::OutOfRange);
+        }
         let velocity_sigma = field(2 * VELOCITY + DEPTH, 5) as u8;
         Ok(Self {
             source,
@@ -307,12 +311,15 @@ mod tests {
     #[test]
     fn val_the_ellipse_stands_where_nothing_is_named() {
         let ellipse = Ellipse::read(5 | 256 << 5);
-        let state = VehicleState { named: Named::NOTHING, ellipse, ..STATE };
+        let state = VehicleState { named: Named::NOTHING, ellipse, leans: false, ..STATE };
         let mut buffer = [0; AUTHENTIC_LENGTH];
         let bytes = state.emit(&Key::NONE, &mut buffer).unwrap();
         assert_eq!(bytes[23..26], (5_u32 << 5 | 256 << 10).to_le_bytes()[..3]);
         let read = VehicleState::parse(bytes).unwrap();
-        assert_eq!((read.named, read.ellipse), (Named::NOTHING, ellipse));
+        assert_eq!((read.named, read.ellipse, read.leans), (Named::NOTHING, ellipse, false));
+        let leaning = VehicleState { leans: true, ..state };
+        let leaning = leaning.emit(&Key::NONE, &mut buffer).unwrap();
+        assert_eq!((leaning[25], VehicleState::parse(leaning).unwrap().leans), (4 | 8, true));
         // east, 2^(-5/6) = 0.561
         let [north, cross, east] = read.position_covariance_m2();
         let sigma = read.position_sigma_m;
