@@ -18,8 +18,11 @@ pub struct Flown<'a> {
     pub runs: Vec<&'a TeamRun>,
 }
 
+/// Whether the vehicle at this place is meant.
+type Is = fn(usize, Case) -> bool;
+
 /// Whose rows a table has.
-const WHO: [(&str, fn(usize, Case) -> bool); 3] = [
+const WHO: [(&str, Is); 3] = [
     ("the one that surfaces", |place, case| place == 0 && case.surfaces),
     ("the others", |place, case| !(place == 0 && case.surfaces || lies(place, case))),
     ("the one that lies", lies),
@@ -31,7 +34,7 @@ fn lies(place: usize, case: Case) -> bool {
 
 impl Flown<'_> {
     /// Vehicles of each run.
-    fn vehicles(&self, is_one: fn(usize, Case) -> bool) -> impl Iterator<Item = Vec<&Navigated>> {
+    fn vehicles(&self, is_one: Is) -> impl Iterator<Item = Vec<&Navigated>> {
         self.runs.iter().map(move |run| {
             let vehicles = run.vehicles.iter().enumerate();
             vehicles.filter(|(place, _)| is_one(*place, self.case)).map(|(_, vehicle)| vehicle).collect()
@@ -39,12 +42,7 @@ impl Flown<'_> {
     }
 
     /// A figure of each run's points in a span of time.
-    fn over_runs(
-        &self,
-        is_one: fn(usize, Case) -> bool,
-        is_then: impl Fn(f64) -> bool,
-        of: impl Fn(&[Point]) -> Option<f64>,
-    ) -> Vec<f64> {
+    fn over_runs(&self, is_one: Is, is_then: impl Fn(f64) -> bool, of: impl Fn(&[Point]) -> Option<f64>) -> Vec<f64> {
         let figure = |vehicles: Vec<&Navigated>| {
             let points = vehicles.iter().flat_map(|vehicle| &vehicle.points).filter(|point| is_then(point.time_s));
             of(&points.copied().collect::<Vec<_>>())
@@ -53,7 +51,7 @@ impl Flown<'_> {
     }
 
     /// Root mean square of an error at one time.
-    fn at(&self, is_one: fn(usize, Case) -> bool, time_s: f64, of: fn(&Point) -> f64) -> Option<f64> {
+    fn at(&self, is_one: Is, time_s: f64, of: fn(&Point) -> f64) -> Option<f64> {
         let all =
             self.over_runs(is_one, |at_s| at_s == time_s, |points| rms(&points.iter().map(of).collect::<Vec<_>>()));
         rms(&all)
