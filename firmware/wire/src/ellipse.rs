@@ -5,8 +5,8 @@
 //! | 0 to 4 | shorter over longer half axis: 2^(-n/6), rounded up |
 //! | 5 to 13 | bearing of the longer half axis, 1/512 of half a turn |
 //!
-//! All zero is [`Ellipse::CIRCLE`]. Of what is rounded, the half axes are widened by as much as covers the bearing's rounding, so
-//! that the ellipse that is read holds the one that was written.
+//! All zero is [`Ellipse::CIRCLE`]. Of what is rounded, the half axes are widened by as much as covers the bearing's
+//! rounding, so that the ellipse that is read holds the one that was written.
 
 use core::f64::consts::{LN_2, PI};
 

@@ -35,8 +35,8 @@ impl Scenario {
         Ok(Self { settings, vehicle: VehicleFile::read(&vehicle_path)? })
     }
 
-    /// A built-in scenario: `survey` (the default mission), `survey_current`, `survey_pd`, `survey_oms`, `identification`,
-    /// `sea_trial`, `two_vehicles` or `team`.
+    /// A built-in scenario: `survey` (the default mission), `survey_current`, `survey_pd`, `survey_oms`,
+    /// `identification`, `sea_trial`, `two_vehicles` or `team`.
     ///
     /// # Errors
     /// If there is no built-in scenario of that name.

@@ -101,7 +101,7 @@ impl Layout {
         Some(self.ship_place() + usize::from(self.ship) * SHIP_STATES + place * PEER_STATES)
     }
 
-    /// Makes room for the states of another vehicle, behind those that have some, and says where; `None` if there is none.
+    /// Makes room for the states of another vehicle, behind those that have some, and says where, if there is any.
     pub(crate) fn add_peer(&mut self, address: u8) -> Option<usize> {
         let at = self.clones_begin();
         let place = self.peers.iter().position(Option::is_none).filter(|_| self.has_room(PEER_STATES))?;

@@ -216,7 +216,8 @@ impl Filter {
     /// Makes the ship known (again) at the filter's present time; ship clones are forgotten.
     ///
     /// # Errors
-    /// Not initialised, a value that is not finite (sigma: not positive), or no room beside more than two other vehicles.
+    /// Not initialised, a value that is not finite (sigma: not positive), or three other vehicles, beside which there is
+    /// no room.
     pub fn initialise_ship(&mut self, ship: &InitialShip) -> Result<(), NavigationError> {
         self.initialise_ship_observed(ship, &mut ())
     }

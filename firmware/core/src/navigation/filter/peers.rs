@@ -1,8 +1,8 @@
 //! A range to another vehicle, which states where it was and how well it knows that.
 //!
 //! The error of one statement is that of the next, but for what the other vehicle has learnt or forgotten in between.
-//! Taken as independent, ten ranges to a vehicle that drifts would make a tenth of its variance out of one error. So the
-//! error b of each vehicle's statement (stated less true, north and east) is a state of this filter, which considers it
+//! Taken as independent, ten ranges to a vehicle that drifts would make a tenth of its variance out of one error. So
+//! the error b of each vehicle's statement (stated less true, north and east) is a state of this filter, which considers it
 //! from the first range that it uses, and the statements alone say how it changes: with covariances P⁻ before and P⁺
 //! now, the vehicle has first forgotten G, the positive part of P⁺ − P⁻, and then learnt,
 //!

@@ -20,7 +20,7 @@ const STEP: [f64; 2] = [-2.5, 1.0];
 /// Gate, squared sigmas.
 const GATE: f64 = 9.0;
 
-/// One that was heard.
+/// One that was heard. None of it may have a spare value: the filter's memory is zero at the start.
 #[derive(Clone, Copy)]
 struct Peer {
     /// Modem address.
@@ -28,7 +28,7 @@ struct Peer {
     /// ln of the odds for it.
     odds: f64,
     /// Covariance of what it said last, m².
-    stated: Option<Matrix2<f64>>,
+    stated: Matrix2<f64>,
 }
 
 /// The vehicles that were heard.
@@ -47,7 +47,7 @@ impl Peers {
     pub(crate) fn believes(&mut self, address: u8, innovation: f64, variance: f64) -> bool {
         let known = |place: &&mut Option<Peer>| place.is_none_or(|peer| peer.address == address);
         let Some(place) = self.heard.iter_mut().find(known) else { return false };
-        let Peer { odds, .. } = place.get_or_insert(Peer { address, odds: PRIOR, stated: None });
+        let Peer { odds, .. } = place.get_or_insert(Peer { address, odds: PRIOR, stated: Matrix2::zeros() });
         let (squared, wide) = (innovation * innovation, variance + WRONG_M * WRONG_M);
         let said = 0.5 * (libm::log(wide / variance) - squared / variance + squared / wide);
         let ([least, most], [down, up]) = (BOUNDS, STEP);
@@ -57,13 +57,13 @@ impl Peers {
 
     /// Covariance of what a vehicle said last, m².
     pub(crate) fn stated(&self, address: u8) -> Option<Matrix2<f64>> {
-        self.heard.iter().flatten().find(|peer| peer.address == address)?.stated
+        self.heard.iter().flatten().find(|peer| peer.address == address).map(|peer| peer.stated)
     }
 
     /// Keeps the covariance of what a vehicle says now, m².
     pub(crate) fn state(&mut self, address: u8, stated: Matrix2<f64>) {
         if let Some(peer) = self.heard.iter_mut().flatten().find(|peer| peer.address == address) {
-            peer.stated = Some(stated);
+            peer.stated = stated;
         }
     }
 }
