@@ -34,8 +34,8 @@
 //! integrity   level: what the error exceeds with a declared probability only; hypotheses: the table of what may be wrong;
 //!             account: position by one entry of it; vertical: the same of depth
 //! filter      cekf: one filter; prediction: time update; fusion: measurement update; peers: that of
-//!             ranges to other vehicles; cloning: delayed states; effects: the catalogue's effects in the filter; estimates: augmented states with sigma; learnt: the prior
-//!             that a dive leaves
+//!             ranges to other vehicles; cloning: delayed states; effects: the catalogue's effects in the filter;
+//!             estimates: augmented states with sigma; learnt: the prior that a dive leaves
 //! trust       innovation_monitor: the gate, and sources that contradict the filter; innovation_window: chi-square of a
 //!             source over a window; waves; peers: which vehicles are believed; consistency: NIS and NEES;
 //!             integrity: what P leaves out of the position
