@@ -98,6 +98,7 @@ pub fn fusion(record: &FusionRecord) -> FusionTelemetry {
             FusionOutcome::Invalid => 2,
             FusionOutcome::StaleClone => 3,
             FusionOutcome::PositionUncertain => 4,
+            FusionOutcome::Redundant => 5,
         },
         time_us: record.time_us,
         innovation: record.innovation,

@@ -212,7 +212,7 @@ fn landed<P>(aloft: Aloft<'_, P>, now_us: u64, begun: Instant) -> Result<FlightL
 }
 
 /// Several vehicles about one ship, each with a board of its own, until all have ended: each hears the others. Their
-/// scenarios are those of [`Scenario::companion`] and its first.
+/// scenarios are a first one and its [`Scenario::companions`].
 ///
 /// # Errors
 /// As [`fly`].

@@ -75,13 +75,14 @@ fn cycle(scenario: &Scenario) -> impl Iterator<Item = (&'static str, f64)> {
     let period_s = acoustics.period_s.get();
     let first_s = scenario.settings.environment.start_unix_s.wrapping_add(acoustics.first_s);
     let at = |exchange: Exchange| {
-        let slot = acoustics.slots.iter().find(|slot| slot.exchange == exchange && !slot.companion)?;
+        let slot = acoustics.slots.iter().find(|slot| slot.exchange == exchange && slot.companion.is_none())?;
         Some(f64::from(first_s.wrapping_add(slot.offset_s) % period_s))
     };
     let address = (acoustics.address != DEFAULT.modem_address).then_some(acoustics.address);
     let address = address.map(|address| ("app.modem_address", f64::from(address)));
     let (uplink, ping) = (at(Exchange::Uplink), at(Exchange::TwoWay));
     let period = uplink.or(ping).map(|_| ("app.cycle_period_s", f64::from(period_s)));
+    let peers = scenario.settings.backseat.peers.then_some(("app.use_peers", 1.0));
     let slots = [uplink.map(|at_s| ("app.uplink_at_s", at_s)), ping.map(|at_s| ("app.ping_at_s", at_s))];
-    period.into_iter().chain(slots.into_iter().flatten()).chain(address)
+    period.into_iter().chain(slots.into_iter().flatten()).chain(address).chain(peers)
 }

@@ -7,7 +7,7 @@ use serde::de::DeserializeOwned;
 use std::path::Path;
 
 /// The built-in scenarios by name; they fly the built-in reference vehicle.
-const BUILT_IN: [(&str, &str); 7] = [
+const BUILT_IN: [(&str, &str); 8] = [
     ("survey", include_str!("../../scenarios/survey.toml")),
     ("survey_current", include_str!("../../scenarios/survey_current.toml")),
     ("survey_pd", include_str!("../../scenarios/survey_pd.toml")),
@@ -15,6 +15,7 @@ const BUILT_IN: [(&str, &str); 7] = [
     ("identification", include_str!("../../scenarios/identification.toml")),
     ("sea_trial", include_str!("../../scenarios/sea_trial.toml")),
     ("two_vehicles", include_str!("../../scenarios/two_vehicles.toml")),
+    ("team", include_str!("../../scenarios/team.toml")),
 ];
 
 impl Scenario {
@@ -34,8 +35,8 @@ impl Scenario {
         Ok(Self { settings, vehicle: VehicleFile::read(&vehicle_path)? })
     }
 
-    /// A built-in scenario: `survey` (the default mission), `survey_current`, `survey_pd`, `survey_oms`, `identification`,
-    /// `sea_trial` or `two_vehicles`.
+    /// A built-in scenario: `survey` (the default mission), `survey_current`, `survey_pd`, `survey_oms`,
+    /// `identification`, `sea_trial`, `two_vehicles` or `team`.
     ///
     /// # Errors
     /// If there is no built-in scenario of that name.

@@ -80,9 +80,9 @@ pub struct Settings {
     /// TDMA cycle and acoustic channel.
     #[serde(default)]
     pub acoustics: Acoustics,
-    /// A second vehicle; it flies with topside on the ship only.
-    #[serde(default)]
-    pub companion: Option<Companion>,
+    /// Further vehicles; they fly with topside on the ship only.
+    #[serde(default, rename = "companion")]
+    pub companions: Vec<Companion>,
     /// Sensors.
     #[serde(default)]
     pub sensors: Sensors,

@@ -88,6 +88,8 @@ pub struct AppSettings {
     pub installation: Installation,
     /// Fuse acoustic ranges.
     pub use_range: bool,
+    /// Fuse acoustic ranges to other vehicles.
+    pub use_peers: bool,
     /// Fuse acoustic range rates.
     pub use_range_rate: bool,
     /// Sign of the modem's Doppler.
@@ -210,6 +212,7 @@ impl AppSettings {
         origin_lon_deg: -70.7,
         installation: Installation::DEFAULT,
         use_range: true,
+        use_peers: false,
         use_range_rate: false,
         doppler_sign: DopplerSign::OpeningPositive,
         clock_encoding: ClockEncoding::Legacy,

@@ -22,6 +22,7 @@ pub(super) const APP: &[Row<AppSettings>] = &[
     row!(real "app.origin_lat_deg", "", "deg", [-85.0, 85.0], "Latitude of the origin of the local frame, north positive.", origin_lat_deg),
     row!(real "app.origin_lon_deg", "", "deg", [-180.0, 180.0], "Longitude of the origin of the local frame, east positive.", origin_lon_deg),
     row!(flag "app.use_range", "Fuse acoustic ranges.", use_range),
+    row!(flag "app.use_peers", "Fuse acoustic ranges to other vehicles, by their own packets.", use_peers),
     row!(flag "app.use_range_rate", "Fuse acoustic range rates.", use_range_rate),
     row!(choice "app.doppler_sign", "Sign of the modem's Doppler: 0 positive when the range opens, 1 positive when it closes.", doppler_sign, [DopplerSign::OpeningPositive, DopplerSign::ClosingPositive]),
     row!(choice "app.clock_encoding", "Clock mode of the modem: 0 legacy, 1 bit field (firmware 2.0.26038 and later).", clock_encoding, [ClockEncoding::Legacy, ClockEncoding::BitField]),

@@ -172,7 +172,8 @@ pub struct FusionTelemetry {
     pub sensor: u8,
     /// Component.
     pub axis: u8,
-    /// Outcome: 0 fused, 1 gated, 2 invalid, 3 stale clone, 4 a range rate while the position is uncertain.
+    /// Outcome: 0 fused, 1 gated, 2 invalid, 3 stale clone, 4 a range rate while the position is uncertain,
+    /// 5 a range to another vehicle that tells little or leans.
     pub outcome: u8,
     /// Time, µs.
     pub time_us: u64,

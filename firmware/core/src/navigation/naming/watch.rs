@@ -13,8 +13,8 @@ use super::taken::{Taken, colour_of, numbers};
 use super::used::Used;
 use crate::dynamics::ActuatorInput;
 use crate::navigation::filter::cekf::Filter;
-use crate::navigation::interface::measurement::Measurement;
-use crate::state::{VEHICLE_STATES, VehicleState, Z};
+use crate::navigation::interface::measurement::{Measurement, Sensor};
+use crate::state::{VehicleState, Z};
 
 /// Length of a block, µs of counted time.
 const BLOCK_US: u64 = 20_000_000;
@@ -184,7 +184,8 @@ impl Naming {
     pub fn will_fuse(&mut self, filter: Option<&Filter>, measurement: &Measurement) -> &mut Sensitivities {
         if let Some(filter) = filter {
             let hours = self.hours(filter.time_us());
-            let counts = self.started && self.counts();
+            // what another vehicle says is no evidence of this one's state
+            let counts = self.started && self.counts() && measurement.sensor() != Sensor::Peer;
             self.sensitivities.will_fuse(filter, measurement, hours, counts);
         }
         &mut self.sensitivities
@@ -207,7 +208,7 @@ impl Naming {
             self.counted_us += since_us;
         }
         match self.stage {
-            Stage::Idle if self.is_block_full() && filter.dimension() == VEHICLE_STATES => self.close_block(now_us),
+            Stage::Idle if self.is_block_full() && !filter.has_clones() => self.close_block(now_us),
             Stage::Idle => {}
             Stage::Weigh => self.weigh(),
             Stage::Open => self.open(),
