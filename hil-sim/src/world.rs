@@ -72,6 +72,11 @@ impl World {
         self.pending.push_back((time_us + self.input_delay_us, targets));
     }
 
+    /// The vehicle drops a weight of so much in water, kg.
+    pub fn drop_weight(&mut self, kg: f64) {
+        self.vehicle.drop_weight(kg);
+    }
+
     /// Moves the world to the last integration step not after `to_us` and hands out everything
     /// observed on the way, in order of time (an observation at `to_us` itself included).
     pub fn advance(&mut self, to_us: u64, sink: &mut impl FnMut(&Observation)) {

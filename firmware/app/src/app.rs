@@ -11,7 +11,8 @@ use crate::requests;
 use crate::ring::Ring;
 use backseat_wire::Counts;
 use backseat_wire::hostlink::{
-    self, BoardLog, FromBoard, Hardware, ImageId, Mode, ModeReason, Oscillator, Port, Refusal, Step, StepDone, ToBoard,
+    self, BoardLog, FittingReadings, FromBoard, Hardware, ImageId, Mode, ModeReason, Oscillator, Port, Refusal, Step,
+    StepDone, ToBoard,
 };
 #[cfg(feature = "static-filter")]
 use core::mem::offset_of;
@@ -223,6 +224,18 @@ impl App {
     /// What the board's hardware has come to, after each step.
     pub fn hardware(&mut self, hardware: Hardware) {
         self.backseat.drivers.hardware(hardware);
+    }
+
+    /// Last-resort hardware was read, its outputs set as [`Self::fitting_outputs`] has them; before each step.
+    pub fn fittings(&mut self, readings: FittingReadings) {
+        let Backseat { last_resort, parameters, .. } = &mut self.backseat;
+        last_resort.read(readings, &parameters.active().app.fittings);
+    }
+
+    /// What its outputs are to be after a step: the abort line is active; the drop weight falls.
+    #[must_use]
+    pub fn fitting_outputs(&self) -> [bool; 2] {
+        self.backseat.last_resort.outputs()
     }
 
     /// The host may be sending the key: bytes of the host port must not be logged now.

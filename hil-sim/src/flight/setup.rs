@@ -63,6 +63,7 @@ pub fn board_parameters(scenario: &Scenario) -> Vec<(String, f64)> {
         ("app.status_rate_hz", if helm { 10.0 } else { 1.0 }),
     ];
     values.extend(app.map(|(name, value)| (name.to_owned(), value)));
+    values.extend(settings.fittings.parameters());
     // what the vehicle file says of its board, after what is usual
     values.extend(scenario.vehicle.app.iter().cloned());
     values.extend(cycle(scenario).map(|(name, value)| (name.to_owned(), value)));

@@ -1,6 +1,8 @@
 //! Reading scenarios from files and from the built-in ones.
 
 use super::{Scenario, Settings, SurveyLine};
+use crate::faults::{Fault, FaultKind};
+use crate::fittings::FittedParts;
 use backseat_logs::{DataError, VehicleFile};
 use backseat_wire::hostlink::Waypoint;
 use serde::de::DeserializeOwned;
@@ -64,7 +66,12 @@ impl Settings {
     /// # Errors
     /// The first key that is unknown, missing, of the wrong type or out of its range.
     pub fn parse(text: &str, path: &Path) -> Result<Self, DataError> {
-        from_toml(text, path)
+        let settings: Self = from_toml(text, path)?;
+        let is_of_fittings = |fault: &Fault| matches!(fault.kind, FaultKind::Fitting(_));
+        if settings.fittings == FittedParts::default() && settings.faults.iter().any(is_of_fittings) {
+            return Err(DataError::file(path, "fault: last-resort hardware that is read wrong, and no [fittings]"));
+        }
+        Ok(settings)
     }
 
     /// The waypoints for the backseat, in order.

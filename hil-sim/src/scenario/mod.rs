@@ -24,6 +24,7 @@ pub use sections::{Acoustics, Companion, Current, Environment, Exchange, Plant, 
 pub use sensors::{Ahrs, Depth, Dvl, Gnss, Sensors, ShipGnss};
 
 use crate::faults::Fault;
+use crate::fittings::FittedParts;
 use crate::noise::NoiseKind;
 use crate::quantity;
 use backseat_logs::VehicleFile;
@@ -71,6 +72,9 @@ pub struct Settings {
     /// The backseat under test.
     #[serde(default)]
     pub backseat: Backseat,
+    /// Last-resort hardware.
+    #[serde(default)]
+    pub fittings: FittedParts,
     /// Water, place and date.
     #[serde(default)]
     pub environment: Environment,

@@ -4,6 +4,7 @@ mod declared_effects;
 mod effects;
 mod golden_history;
 mod hostile_host;
+mod last_resort;
 mod scenario;
 mod separation;
 mod ship_end;

@@ -31,7 +31,7 @@ pub enum Verdict {
 }
 
 impl Verdict {
-    const fn of(passed: bool) -> Self {
+    pub const fn of(passed: bool) -> Self {
         if passed { Self::Pass } else { Self::Fail }
     }
 
@@ -103,6 +103,7 @@ pub fn lines(look: &Look) -> Vec<CheckLine> {
         oscillator(look),
         log(look),
         hardware(look),
+        super::fittings::line(&look.counters.1.fittings),
         pps(look),
         mode(look),
         parameters(&look.parameters),
@@ -444,6 +445,7 @@ mod tests {
             latest_step_us: 0,
             hardware: None,
             refused_requests: 0,
+            fittings: Default::default(),
             oscillator: Oscillator::Crystal,
             log: BoardLog::NONE,
         };

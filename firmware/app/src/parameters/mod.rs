@@ -9,7 +9,10 @@ mod settings;
 mod table;
 
 pub use list::{PARAMETERS, Parameter, find};
-pub use settings::{AhrsProtocol, AppSettings, AttitudeSource, ControlMode, DvlSource, NamingUse, Separate, Settings};
+pub use settings::{
+    AhrsProtocol, AppSettings, AttitudeSource, ControlMode, DvlSource, Fitted, FittingSettings, NamingUse, Separate,
+    Settings,
+};
 
 use crate::held::Held;
 use backseat_core::navigation::Learnt;

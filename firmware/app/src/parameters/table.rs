@@ -1,6 +1,6 @@
 //! Rows of the app itself: protocols, ports, modes.
 
-use super::settings::{AhrsProtocol, AppSettings, AttitudeSource, ControlMode, DvlSource, NamingUse, Separate};
+use super::settings::{AhrsProtocol, AppSettings, AttitudeSource, ControlMode, DvlSource, Fitted, NamingUse, Separate};
 use backseat_core::identification::Scale;
 use backseat_core::navigation::Area;
 use backseat_core::parameters::Row;
@@ -91,4 +91,14 @@ pub(super) const APP: &[Row<AppSettings>] = &[
     row!(at_most real "app.lost_sigma_m", "", "m", [1.0, 100000.0], "Standard deviation of the position from which the position counts as lost.", lost_sigma_m),
     row!(real "app.alert_horizontal_m", "", "m", [0.0, 100000.0], "Horizontal protection level from which navigation counts as degraded; 0: none.", alert_horizontal_m),
     row!(real "app.alert_depth_m", "", "m", [0.0, 1000.0], "Protection level in depth from which navigation counts as degraded; with it the largest depth counts the level. 0: none.", alert_depth_m),
+    // last-resort hardware
+    row!(choice "app.abort_line", "Abort line, an output: 0 not fitted, 1 active while high, 2 active while low.", fittings.abort_line, [Fitted::No, Fitted::High, Fitted::Low]),
+    row!(choice "app.drop_weight", "Release of the drop weight, or its burn wire, an output: 0 not fitted, 1 released while high, 2 released while low.", fittings.drop_weight, [Fitted::No, Fitted::High, Fitted::Low]),
+    row!(choice "app.leak_detector", "Leak detector, an input: 0 not fitted, 1 wet while high, 2 wet while low.", fittings.leak, [Fitted::No, Fitted::High, Fitted::Low]),
+    row!(flag "app.supply_measured", "The vehicle's supply is measured: 0 not fitted.", fittings.supply),
+    row!(real "app.supply_ratio", "", "1", [1.0, 100.0], "The vehicle's supply over the voltage at the pin that measures it.", fittings.supply_ratio),
+    row!(at_least real "app.supply_last_v", "", "V", [0.0, 100.0], "A vehicle whose supply is lower stops and rises, and releases its weight.", fittings.supply_last_v),
+    row!(whole "app.drop_readings", "", "1", [1.0, 250.0], "So many readings, ten a second, confirm a leak, a depth or a supply for the drop weight, and as many take it back.", fittings.readings),
+    row!(at_most real "app.drop_depth_margin_m", "", "m", [0.0, 11000.0], "Deeper than safety.depth_max_m by this the drop weight is released.", fittings.depth_margin_m),
+    row!(live real "app.drop_no_ascent_s", "", "s", [0.0, 1.0e5], "The drop weight is released when a vehicle under water whose mission was ended has not come up for so long; 0: it is not.", fittings.no_ascent_s),
 ];

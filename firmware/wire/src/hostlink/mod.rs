@@ -5,6 +5,7 @@
 
 mod codec;
 mod crash;
+mod fittings;
 mod health;
 mod identification;
 mod images;
@@ -16,6 +17,7 @@ mod signing;
 
 pub use codec::{CRC, Decoder, Frame, MAX_FRAME, MAX_MESSAGE, encode};
 pub use crash::Crash;
+pub use fittings::{FittingReadings, FittingState, Fittings, ReleaseReason};
 pub use health::{BoardLog, Hardware, Health, LogState, Oscillator, Stack};
 pub use identification::{
     Activity, Decision, DecisionReason, Estimate, Estimates, FaultCause, FaultDiagnosis, FaultReport, FaultState,
