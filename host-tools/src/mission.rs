@@ -22,7 +22,7 @@ Examples:
 
 PORT is the board's host port, with :BAUD behind it where that is not 115200. A mission file:
 
-  separate = \"on legs\"       # optional: manoeuvres that tell two causes of a change apart: \"never\", \"on legs\", \"free\"
+  separate = \"on legs\"       # optional, above all tables: \"never\", \"on legs\" or \"free\" for manoeuvres that tell causes apart
 
   [[mission.waypoints]]      # one for each leg, in order
   x_m = 120.0                # north
@@ -139,7 +139,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     }
 }
 
-/// Replaces the board's mission and, if there are others with it, its alert limits and its manoeuvres; what is to be said of them.
+/// Replaces the board's mission and, if there are others with it, alert limits and manoeuvres; what is to be said of them.
 pub fn put(board: &mut Board, stored: &StoredMission) -> anyhow::Result<Vec<String>> {
     let warnings = stored.alerts_m.map_or(Ok(Vec::new()), |alerts_m| set_alerts(board, alerts_m))?;
     if let Some(separate) = stored.separate {

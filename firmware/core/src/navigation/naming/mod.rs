@@ -1,5 +1,6 @@
 //! Naming what has changed, on board and in flight.
 
+mod ask;
 mod candidate;
 mod causes;
 mod coarse;

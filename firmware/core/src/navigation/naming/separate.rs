@@ -13,12 +13,9 @@
 use super::candidate::Candidate;
 use super::causes::{ALL, CAUSES, Cause};
 use super::columns::{COLUMNS, CURRENT, HEADING, accelerations};
-use super::taken::colour_of;
-use super::watch::Naming;
 use crate::control::Manoeuvre;
 use crate::dynamics::{ActuatorInput, VehicleModel};
 use crate::identification::ACCELERATION_NOISE;
-use crate::navigation::filter::cekf::Filter;
 use crate::state::{PSI, U, VehicleState};
 
 /// Both are at least so probable ...
@@ -80,46 +77,33 @@ impl Pair {
         }
     }
 
-    fn causes(&self) -> [Cause; 2] {
-        self.places.map(|place| ALL.get(place).copied().unwrap_or(Cause::ThrustLost))
-    }
-}
-
-impl Naming {
-    /// Two causes that have been open for three minutes.
-    #[must_use]
-    pub fn undecided(&self) -> Option<[Cause; 2]> {
-        (self.pair.blocks >= DWELL).then(|| self.pair.causes())
+    /// Open for long enough.
+    pub(super) fn is_undecided(&self) -> bool {
+        self.blocks >= DWELL
     }
 
-    /// ln of the odds of one cause over another, as weighed last and as far as it counts.
-    #[must_use]
-    pub fn log_odds(&self, [one, two]: [Cause; 2]) -> f64 {
-        let of = |cause: Cause| {
-            let place = usize::from(cause.number()).checked_sub(1);
-            place.and_then(|place| self.pair.log_sums.get(place)).copied().unwrap_or(0.0)
-        };
-        (of(one) - of(two)) / self.pair.width.max(1.0)
+    /// ln of the evidence for a cause, as far as it counts.
+    pub(super) fn evidence(&self, cause: Cause) -> f64 {
+        let place = usize::from(cause.number()).checked_sub(1);
+        place.and_then(|place| self.log_sums.get(place)).copied().unwrap_or(0.0) / self.width()
     }
 
-    /// By how much a manoeuvre is expected to move ln of the odds between the two that are open; 0 without a filter.
-    #[must_use]
-    pub fn expected_gain(
-        &self,
-        manoeuvre: Manoeuvre,
-        filter: Option<&Filter>,
-        x: &VehicleState,
-        input: &ActuatorInput,
-    ) -> f64 {
-        let Some(model) = filter.and_then(Filter::model) else { return 0.0 };
+    /// Evidence counts to one over that where innovations are white.
+    pub(super) fn width(&self) -> f64 {
+        self.width.max(1.0)
+    }
+
+    /// What one of them says less what the other does, of all columns; `hours`: of an onset.
+    pub(super) fn difference(&self, hours: impl Fn(u64) -> f64) -> [f64; COLUMNS] {
         let mut difference = [0.0; COLUMNS];
-        for ((cause, (size, onset_us)), sign) in self.pair.causes().iter().zip(&self.pair.of).zip([1.0, -1.0]) {
-            add(&mut difference, *cause, size, self.hours(*onset_us), sign);
+        for ((cause, (size, onset_us)), sign) in self.causes().iter().zip(&self.of).zip([1.0, -1.0]) {
+            add(&mut difference, *cause, size, hours(*onset_us), sign);
         }
-        let colour = self.colour();
-        let colour = self.pair.causes().map(|cause| colour_of(cause, 0.0, &colour));
-        let counts = self.pair.width.max(1.0) * colour[0].max(colour[1]);
-        separation(manoeuvre, model, x, input, &difference, self.hours(self.last_us)) / counts
+        difference
+    }
+
+    pub(super) fn causes(&self) -> [Cause; 2] {
+        self.places.map(|place| ALL.get(place).copied().unwrap_or(Cause::ThrustLost))
     }
 }
 
@@ -155,7 +139,7 @@ fn effect(
 
 /// Half the sum of the squares of what a manoeuvre adds to the difference of two causes, over its noise.
 #[inline(never)]
-fn separation(
+pub(super) fn separation(
     manoeuvre: Manoeuvre,
     model: &VehicleModel,
     x: &VehicleState,
