@@ -47,17 +47,22 @@ impl Filter {
             self.refuse(sensor, scalars, FusionOutcome::Invalid, fusions);
             return;
         }
-        if let Measurement::Range { path: AcousticPath { ship: ShipEnd::Peer(peer), .. }, .. } = measurement {
-            return self.fuse_peer(measurement, peer, fusions, observer);
+        let peer = match measurement {
+            Measurement::Range { path: AcousticPath { ship: ShipEnd::Peer(peer), .. }, .. } => Some(peer),
+            _ => None,
+        };
+        if let Some(peer) = peer {
+            self.expect_peer(peer);
         }
-        match self.observe(measurement) {
-            Ok(()) => self.update(sensor, fusions, observer),
-            Err(outcome) => self.refuse(sensor, scalars, outcome, fusions),
+        match (self.observe(measurement), peer) {
+            (Ok(()), None) => self.update(sensor, fusions, observer),
+            (Ok(()), Some(peer)) => self.fuse_peer(peer, fusions, observer),
+            (Err(outcome), _) => self.refuse(sensor, scalars, outcome, fusions),
         }
     }
 
     /// Fills `observations`.
-    pub(super) fn observe(&mut self, measurement: &Measurement) -> Result<(), Refused> {
+    fn observe(&mut self, measurement: &Measurement) -> Result<(), Refused> {
         self.monitor.sigma = self.effects.gate_sigma(measurement.channel(), &self.config, &self.x);
         let (x, config, out) = (&self.x, &self.config, &mut self.observations);
         let sigma = &config.sensors;
@@ -229,7 +234,7 @@ impl Filter {
     }
 
     #[cold]
-    pub(super) fn refuse(&self, sensor: Sensor, scalars: usize, outcome: FusionOutcome, fusions: &mut Fusions) {
+    fn refuse(&self, sensor: Sensor, scalars: usize, outcome: FusionOutcome, fusions: &mut Fusions) {
         for axis in 0..scalars {
             fusions.push(self.record(sensor, axis, f64::NAN, f64::NAN, outcome));
         }

@@ -20,7 +20,7 @@ use super::cekf::Filter;
 use super::effects::Effects;
 use crate::navigation::algebra::layout::PEER_STATES;
 use crate::navigation::algebra::observer::{LinearStep, Observer, ScalarUpdate};
-use crate::navigation::interface::measurement::{FusionOutcome, Fusions, Measurement, PeerReport, Sensor};
+use crate::navigation::interface::measurement::{FusionOutcome, FusionRecord, Fusions, PeerReport, Sensor};
 use crate::navigation::sources::acoustic::stated;
 use crate::state::{X, Y};
 use nalgebra::{Matrix2, Vector2};
@@ -29,81 +29,89 @@ use nalgebra::{Matrix2, Vector2};
 const WORTH: f64 = 0.95;
 
 impl Filter {
+    /// Before a packet of another vehicle is observed: the error of its statement becomes that of this packet.
     #[cold]
     #[inline(never)]
-    pub(super) fn fuse_peer(
-        &mut self,
-        measurement: &Measurement,
-        peer: &PeerReport,
-        fusions: &mut Fusions,
-        observer: &mut impl Observer,
-    ) {
-        let covariance = stated(peer);
-        let at = self.x.layout.peer(peer.address);
-        if let Some((at, before)) = at.zip(self.peers.stated(peer.address)) {
-            self.move_peer(at, &before, &covariance);
+    pub(super) fn expect_peer(&mut self, peer: &PeerReport) {
+        let now = stated(peer);
+        if let Some((at, before)) = self.x.layout.peer(peer.address).zip(self.peers.stated(peer.address)) {
+            self.move_peer(at, &before, &now);
+            self.peers.state(peer.address, now);
         }
-        let outcome = self.judge(measurement, peer);
-        self.peers.state(peer.address, covariance);
-        let outcome = match outcome {
-            Ok(FusionOutcome::Fused) if at.is_none() => {
-                self.insert_peer(peer.address, &covariance, observer, measurement)
-            }
-            other => other,
-        };
-        let outcome = match outcome {
-            Ok(outcome) => outcome,
-            Err(refused) => return self.refuse(Sensor::Peer, 1, refused, fusions),
-        };
-        let variance = self.project(0);
-        let innovation = self.observations.innovation(0);
-        if outcome == FusionOutcome::Fused {
-            self.hear(Sensor::Peer);
-            if !self.fuse_scalar(innovation, variance) {
-                return self.refuse(Sensor::Peer, 1, FusionOutcome::Invalid, fusions);
-            }
-            self.peers.leans = true;
-            Effects::bound(&self.config, &mut self.x);
-            if let Some(observed) = self.observations.as_slice().first() {
-                let gain = self.gain.get(..self.dimension()).unwrap_or_default();
-                observer.observe(&LinearStep::Update(ScalarUpdate { row: &observed.row, gain, innovation, variance }));
-            }
-        }
-        fusions.push(self.record(Sensor::Peer, 0, innovation, variance, outcome));
     }
 
-    /// Whether a range is to be used.
-    fn judge(&mut self, measurement: &Measurement, peer: &PeerReport) -> Result<FusionOutcome, FusionOutcome> {
-        self.observe(measurement)?;
-        let variance = self.project(0);
+    /// Fuses the scalar that was observed.
+    #[cold]
+    pub(super) fn fuse_peer(&mut self, peer: &PeerReport, fusions: &mut Fusions, observer: &mut impl Observer) {
+        let inserted = self.judge_peer(peer, fusions);
+        if let Some(at) = inserted {
+            observer.observe(&LinearStep::Insert { at, count: PEER_STATES });
+        }
+        if let (Some(FusionRecord { innovation, variance, outcome: FusionOutcome::Fused, .. }), [observed, ..]) =
+            (fusions.iter().next(), self.observations.as_slice())
+        {
+            let (innovation, variance) = (*innovation, *variance);
+            let gain = self.gain.get(..self.dimension()).unwrap_or_default();
+            observer.observe(&LinearStep::Update(ScalarUpdate { row: &observed.row, gain, innovation, variance }));
+        }
+    }
+
+    /// Uses the scalar or not; where the states of the vehicle's error stand if they are new.
+    #[inline(never)]
+    fn judge_peer(&mut self, peer: &PeerReport, fusions: &mut Fusions) -> Option<usize> {
+        let mut variance = self.project(0);
+        let innovation = self.observations.innovation(0);
         let before = self.p.get(X, X) + self.p.get(Y, Y);
         let [x, y] = [X, Y].map(|i| self.w.get(i).copied().unwrap_or_default());
-        let is_believed = self.peers.believes(peer.address, self.observations.innovation(0), variance);
-        Ok(if !is_believed {
+        let mut outcome = if !self.peers.believes(peer.address, innovation, variance) {
             FusionOutcome::Gated
         } else if peer.leans || before - (x * x + y * y) / variance > WORTH * before {
             FusionOutcome::Redundant
         } else {
             FusionOutcome::Fused
-        })
+        };
+        let mut inserted = None;
+        if outcome == FusionOutcome::Fused {
+            if self.x.layout.peer(peer.address).is_none() {
+                inserted = self.insert_peer(peer);
+                variance = self.project(0);
+            }
+            self.hear(Sensor::Peer);
+            outcome = if self.x.layout.peer(peer.address).is_none() {
+                FusionOutcome::Redundant
+            } else if self.fuse_scalar(innovation, variance) {
+                FusionOutcome::Fused
+            } else {
+                FusionOutcome::Invalid
+            };
+            self.peers.leans |= outcome == FusionOutcome::Fused;
+            Effects::bound(&self.config, &mut self.x);
+        }
+        fusions.push(self.record(Sensor::Peer, 0, innovation, variance, outcome));
+        inserted
     }
 
-    /// Makes the error of a vehicle's statement a state, and observes once more with it.
-    fn insert_peer(
-        &mut self,
-        address: u8,
-        covariance: &Matrix2<f64>,
-        observer: &mut impl Observer,
-        measurement: &Measurement,
-    ) -> Result<FusionOutcome, FusionOutcome> {
-        let n = self.dimension();
-        let Some(at) = self.x.layout.add_peer(address) else { return Ok(FusionOutcome::Redundant) };
+    /// Makes the error of a vehicle's statement a state, and the scalar that was observed one that depends on it.
+    fn insert_peer(&mut self, peer: &PeerReport) -> Option<usize> {
+        let (n, now) = (self.dimension(), stated(peer));
+        let at = self.x.layout.add_peer(peer.address)?;
         self.p.insert(n, at, PEER_STATES);
         self.x.insert(n, at, PEER_STATES);
         self.x.set_tail(at, &[0.0; PEER_STATES]);
-        self.set_peer_block(at, covariance);
-        observer.observe(&LinearStep::Insert { at, count: PEER_STATES });
-        self.observe(measurement).map(|()| FusionOutcome::Fused)
+        self.set_peer_block(at, &now);
+        self.peers.state(peer.address, now);
+        if let [observed, ..] = self.observations.as_mut_slice() {
+            // it begins with the direction of the path
+            let (_, direction) = observed.row.as_slices();
+            if let &[x, y, ..] = direction {
+                let direction = Vector2::new(x, y);
+                observed.variance -= direction.dot(&(now * direction));
+                observed.row.shift(at, PEER_STATES);
+                observed.row.push(at, x);
+                observed.row.push(at + 1, y);
+            }
+        }
+        Some(at)
     }
 
     /// The error of a vehicle's statement from one packet to the next.
