@@ -114,7 +114,7 @@ impl Mission {
                 craft.state[i] = truth + craft.sigma[i] * self.noise.normal();
             }
         }
-        let learnt = bank.main().learnt(1);
+        let learnt = (self.step > 0).then(|| bank.main().learnt(1).expect("numbers that make a covariance"));
         bank.initialise(self.step * STEP_US, &vehicle).expect("a valid start");
         if let Some(learnt) = learnt {
             bank.start_from(&learnt);
@@ -148,9 +148,12 @@ impl Mission {
             self.x[PSI] = wrap_angle(self.x[PSI]);
             self.sail(h);
         }
-        for (effect, state) in self.effects.iter_mut().zip(self.config.effect_states.iter()) {
+        // The bank does not estimate the last two as such: they do not walk there.
+        let walks = self.config.effect_states.iter().map(|state| state.random_walk_per_sqrt_s);
+        for (k, (effect, walk)) in self.effects.iter_mut().zip(walks).enumerate() {
+            let walk = if self.robust && k > 1 { 0.0 } else { walk };
             *effect *= 1.0 - STEP_S / MEMORY_S;
-            *effect += state.random_walk_per_sqrt_s * STEP_S.sqrt() * self.noise.normal();
+            *effect += walk * STEP_S.sqrt() * self.noise.normal();
         }
         self.input
     }

@@ -280,3 +280,10 @@ fn val_the_bank_follows_square_root_filters_over_4e4_steps() {
 fn val_covariance_follows_the_square_root_filter_over_1e7_steps() {
     judge_nominal(&fly(Mission::new(), 10_000_000, 500_000));
 }
+
+/// A week, with a restart each hour; see docs/results/endurance.md.
+#[test]
+#[ignore = "six million steps, ten minutes: .ci/nightly"]
+fn val_the_bank_follows_square_root_filters_over_6e6_steps() {
+    judge_bank(&fly(Mission::robust(), 6_000_000, 100_000));
+}
