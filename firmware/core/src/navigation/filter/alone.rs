@@ -13,7 +13,7 @@ use crate::state::{U, X, Y};
 /// From so long a silence on, µs: ten packets.
 const SILENCE_US: u64 = 300_000_000;
 /// Square of the frequency of the semidiurnal tide, 12.42 h, rad²/s².
-pub(super) const TIDE_OMEGA2: f64 = {
+const TIDE_OMEGA2: f64 = {
     let omega = core::f64::consts::TAU / (12.42 * 3600.0);
     omega * omega
 };

@@ -52,7 +52,7 @@ impl Filter {
     }
 
     /// Fills `observations`.
-    pub(super) fn observe(&mut self, measurement: &Measurement) -> Result<(), Refused> {
+    fn observe(&mut self, measurement: &Measurement) -> Result<(), Refused> {
         self.monitor.sigma = self.effects.gate_sigma(measurement.channel(), &self.config, &self.x);
         let (x, config, out) = (&self.x, &self.config, &mut self.observations);
         let sigma = &config.sensors;

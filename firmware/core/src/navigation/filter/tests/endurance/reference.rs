@@ -9,7 +9,6 @@ use crate::dynamics::ActuatorInput;
 use crate::effects::Step;
 use crate::navigation::algebra::covariance::{ROWS, Vector};
 use crate::navigation::algebra::layout::{CLONE_STATES, CloneKind, EFFECTS, N_MAX, SHIP_STATES, SHIP_VELOCITY};
-use crate::navigation::filter::alone::TIDE_OMEGA2;
 use crate::navigation::filter::cekf::Filter;
 use crate::navigation::filter::effects::Effects;
 use crate::navigation::{CloneId, FusionOutcome, Fusions, Measurement, Sensor, StateParameter};
@@ -17,6 +16,13 @@ use crate::state::{U, VEHICLE_STATES, X, Y, wrap_angle};
 use std::boxed::Box;
 use std::vec;
 use std::vec::Vec;
+
+/// Square of the frequency of the semidiurnal tide, 12.42 h, rad²/s²: while nobody is heard, the rate of the current
+/// changes by −ω² times the current.
+const TIDE_OMEGA2: f64 = {
+    let omega = core::f64::consts::TAU / (12.42 * 3600.0);
+    omega * omega
+};
 
 pub struct Reference {
     /// State and functions.
@@ -188,25 +194,23 @@ impl Reference {
         add(&mut self.s[i], a, &source);
     }
 
-    /// Takes in what `filter` took in of a measurement, and judges the sea as it does.
+    /// Takes in what `filter` took in of a measurement, and judges the sensors and the sea as it does.
     pub fn fuse(&mut self, measurement: &Measurement, fusions: &Fusions, filter: &Filter) {
         let n = self.s.len();
-        assert!(self.shadow.observe(measurement).is_ok());
-        let sensor = measurement.sensor();
-        let waves = &self.shadow.monitor.waves;
-        let by_waves = if waves.have_refused(sensor) { waves.variance(sensor) } else { 0.0 };
+        self.shadow.fuse(measurement);
+        assert!(self.shadow.failure.is_none());
+        (self.shadow.monitor, self.shadow.heard_us) = (filter.monitor.clone(), filter.heard_us);
         let mut moved = [0.0; N_MAX];
         for (axis, record) in fusions.iter().enumerate() {
             match record.outcome {
-                FusionOutcome::Gated => continue,
+                FusionOutcome::Gated | FusionOutcome::PositionUncertain => continue,
                 outcome => assert_eq!(outcome, FusionOutcome::Fused),
             }
-            self.shadow.hear(sensor);
             let item = &self.shadow.observations.as_slice()[axis];
             let innovation = item.innovation - item.row.dot(&moved);
             let is_angle = record.sensor == Sensor::Attitude;
             let innovation = if is_angle { wrap_angle(innovation) } else { innovation };
-            let (row, variance) = (item.row, item.variance + by_waves);
+            let (row, variance) = (item.row, item.variance);
             let mut phi = vec![0.0; self.s[0].len()];
             for (state, value) in row.iter() {
                 add(&mut phi, value, &self.s[state]);
@@ -231,7 +235,6 @@ impl Reference {
             self.shadow.x.correct(&gain, innovation);
         }
         Effects::bound(&self.shadow.config, &mut self.shadow.x);
-        self.shadow.monitor.waves = filter.monitor.waves.clone();
     }
 
     /// The states that are only considered while nobody is heard.
