@@ -47,6 +47,8 @@ struct Findings {
     unobserved: f64,
     most_states: usize,
     looks: u32,
+    /// Those of them at which the reference followed.
+    compared: u32,
     tally: Consistency,
 }
 
@@ -62,13 +64,14 @@ impl Findings {
         unobserved: 0.0,
         most_states: 0,
         looks: 0,
+        compared: 0,
         tally: Consistency::new(),
     };
 
-    fn look(&mut self, navigator: &Filter, reference: &Reference) {
+    fn look(&mut self, navigator: &Filter, reference: Option<&Reference>) {
         let n = navigator.dimension();
         let present = present(navigator);
-        let p = |i: usize, j: usize| navigator.covariance(i, j);
+        let p = |i: usize, j: usize| navigator.propagated_covariance(i, j);
         self.looks += 1;
         self.most_states = self.most_states.max(n);
         self.pivot = self.pivot.min(smallest_pivot(p, present));
@@ -83,6 +86,8 @@ impl Findings {
                 self.asymmetry = self.asymmetry.max(difference);
             }
         }
+        let Some(reference) = reference else { return };
+        self.compared += 1;
         let deviation = reference.deviation(navigator);
         self.state = self.state.max(deviation.state);
         self.covariance = self.covariance.max(deviation.covariance);
@@ -91,8 +96,9 @@ impl Findings {
 
     fn print(&self, step: u64) {
         println!(
-            "{step:9} looks {} states {} pivot {:.2e} eigenvalue {:.2e} condition {:.2e} with clones {:.1e} asymmetry {:.1e} state {:.1e} covariance {:.1e} unobserved {:.1e}",
+            "{step:9} looks {} compared {} states {} pivot {:.2e} eigenvalue {:.2e} condition {:.2e} with clones {:.1e} asymmetry {:.1e} state {:.1e} covariance {:.1e} unobserved {:.1e}",
             self.looks,
+            self.compared,
             self.most_states,
             self.pivot,
             self.eigenvalue,
@@ -203,9 +209,7 @@ fn fly(mut mission: Mission, steps: u64, print_every: u64) -> Vec<Pair> {
             for (pair, member) in pairs.iter_mut().zip(bank.members()) {
                 let member = member.expect("a filter that runs");
                 assert_eq!(pair.filter.digest(), member.filter.digest(), "the filter of the bank");
-                if pair.follows {
-                    pair.findings.look(&pair.filter, &pair.reference);
-                }
+                pair.findings.look(&pair.filter, pair.follows.then_some(&pair.reference));
             }
         }
         if step % print_every == 0 {
