@@ -6,7 +6,7 @@ use super::stops::stops;
 use super::unknowns::{coefficients, into_vehicle, of_effect};
 use super::{Draft, Problem, Starts, Unknown, predict};
 use backseat_core::dynamics::ActuatorInput;
-use backseat_core::state::{U, VehicleState, Z};
+use backseat_core::state::{P, PHI, Q, R, THETA, U, V, VehicleState, W, Z};
 use backseat_logs::VehicleFile;
 use backseat_logs::short_runs::{Configuration, OF_CONFIGURATION, Value};
 
@@ -37,6 +37,13 @@ fn stretches_end_at_pauses_at_the_surface_on_end_and_where_the_motor_stops() {
 
 /// Runs of 40 s with rudder, elevator and a motor that stops, as a vehicle with these terms would have them.
 fn flown(draft: &Draft, count: usize) -> Vec<Run> {
+    let mut start = VehicleState::zeros();
+    (start[Z], start[U]) = (5.0, 1.0);
+    flown_from(&start, 100.0, draft, count)
+}
+
+/// The same from a start, with a speed of the propeller.
+fn flown_from(start: &VehicleState, propeller_radps: f64, draft: &Draft, count: usize) -> Vec<Run> {
     let model = &draft.models().unwrap()[0];
     (0..count)
         .map(|place| {
@@ -44,14 +51,12 @@ fn flown(draft: &Draft, count: usize) -> Vec<Run> {
             let input = |t_s: f64| {
                 let square = |period_s: f64| if ((t_s + phase) / period_s).fract() < 0.5 { 0.1 } else { -0.08 };
                 let (rudder, elevator) = (square(9.0), 0.4 * square(13.0));
-                let radps = if t_s < 31.0 { 100.0 + 5.0 * phase } else { 0.0 };
+                let radps = if t_s < 31.0 { propeller_radps + 5.0 * phase } else { 0.0 };
                 ActuatorInput { propeller_radps: radps, fins_rad: [rudder, -rudder, elevator, -elevator] }
             };
             let times = (0..80).map(|row| 0.5 * f64::from(row));
             let mut run = run(times.map(|t_s| RunSample { input: input(t_s), ..sample(t_s, 5.0, 0.0) }).collect());
-            let mut start = VehicleState::zeros();
-            (start[Z], start[U]) = (5.0, 1.0);
-            let readings = model.predict(&run, Window { run: 0, first: 0, last: 79 }, &start);
+            let readings = model.predict(&run, Window { run: 0, first: 0, last: 79 }, start);
             for (row, (sample, reading)) in run.samples.iter_mut().zip(readings).enumerate() {
                 let reading = reading.unwrap();
                 sample.attitude_rad = reading.attitude_rad;
@@ -93,6 +98,16 @@ fn what_was_put_in_is_found_again_and_survives_the_vehicle_file() {
         predict::open_loop(&runs, &models, 10.0).iter().map(|squares| squares.rms(0).unwrap()).fold(0.0, f64::max)
     };
     assert!(roll(&found) < 0.3 * roll(&base), "{} {}", roll(&found), roll(&base));
+    // faster than any run and thrown about: what is asked of 20 s of a real vehicle at 2.2 m/s
+    let mut thrown = VehicleState::zeros();
+    let away = [(Z, 5.0), (PHI, 0.4), (THETA, -0.2), (U, 2.2), (V, 0.2), (W, -0.2), (P, 0.5), (Q, 0.2), (R, -0.2)];
+    away.into_iter().for_each(|(place, value)| thrown[place] = value);
+    let fast = &flown_from(&thrown, 245.0, &truth, 1)[0];
+    let window = Window { run: 0, first: 0, last: 40 };
+    let mut squares = predict::Squares::default();
+    squares.add(&predict::errors(fast, window, &found.models().unwrap()[0].predict(fast, window, &thrown)));
+    let off: Vec<f64> = (0..5).map(|channel| squares.rms(channel).unwrap()).collect();
+    assert!(off.iter().zip([8.0, 4.0, 5.0, 1.5, 0.105]).all(|(off, asked)| *off < asked), "{off:?}");
     // trims go into the sections that every command reads
     (found.configurations[0][3], found.configurations[0][5]) = (0.002, 0.1);
     let values = OF_CONFIGURATION.map(|term| Value::from(term.default));

@@ -209,7 +209,9 @@ impl<'a> Importer<'a> {
                 Role::Sample { column, scale, offset } => {
                     if let Some(value) = number()? {
                         let value = (value + offset) * scale;
-                        row.set(column, if column == Column::Heading { wrap_angle(value) } else { value });
+                        // an instrument that hangs upside down reads a roll of 180 degrees, which goes on beyond
+                        let is_turned = column == Column::Heading || column == Column::Roll && offset != 0.0;
+                        row.set(column, if is_turned { wrap_angle(value) } else { value });
                     }
                 }
             }

@@ -337,6 +337,18 @@ mod tests {
         assert!(log.notes.iter().any(|note| note.starts_with("dropped Rest")), "{:?}", log.notes);
     }
 
+    #[test]
+    fn val_the_roll_of_an_instrument_upside_down() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("t.csv");
+        std::fs::write(&path, "t;Rollen\n0;-176\n1;179\n").unwrap();
+        let text = "separator = \";\"\n[time]\ncolumn = \"t\"\nunit = \"s\"\nbase = \"start\"\n\
+            [columns.roll_rad]\ncolumn = \"Rollen\"\nunit = \"deg\"\noffset = 180\n";
+        let log = super::super::read_mapped(&path, &map(text).unwrap()).unwrap().log;
+        let roll_deg = [0, 1].map(|row| log.rows[row].get(Column::Roll).unwrap().to_degrees());
+        assert!((roll_deg[0] - 4.0).abs() < 1e-9 && (roll_deg[1] + 1.0).abs() < 1e-9, "{roll_deg:?}");
+    }
+
     /// As Excel writes it where the comma is decimal, and a quoted text in between.
     #[test]
     fn decimal_commas_quotes_and_marks_of_no_sample() {
