@@ -10,12 +10,12 @@
 //! | 2 | u32 | transmit second: UTC seconds since 1970 at which the packet leaves |
 //! | 6 | i32 | latitude, 1e-7 degree |
 //! | 10 | i32 | longitude, 1e-7 degree |
-//! | 14 | u40 | bits 0 to 10 and 11 to 21: velocity over ground north and east, cm/s, two's complement; bits 22 to 34: depth, 0.1 m; bits 35 to 39: velocity accuracy (one sigma per axis), 0.01 m/s · 2^(n/4), rounded up; 31: 2.15 m/s or more |
+//! | 14 | u40 | bits 0 to 10 and 11 to 21: velocity over ground north and east, cm/s, two's complement; bits 22 to 33: depth, 0.1 m; bit 34: the position leans on other vehicles; bits 35 to 39: velocity accuracy (one sigma per axis), 0.01 m/s · 2^(n/4), rounded up; 31: 2.15 m/s or more |
 //! | 19 | u8 | position accuracy (one sigma along the longer half axis of the error ellipse): 0.1 m · 2^(n/16), rounded up; 255: 6.3 km or more |
 //! | 20 | u8 | horizontal protection level, as the accuracy; 255: none, or more |
 //! | 21 | u8 | true heading, 1/256 of a turn |
 //! | 22 | u8 | bits 0 to 2: mode as in the host link; bits 3 to 6: protection level in depth, 0.5 m · 2^(n/2), rounded up, 15: none, or more; bit 7: clock and pulse of the vehicle's modem are good, so that the travel time is a range |
-//! | 23 | u24 | what the board names: [`Named`]; while it names nothing, bits 5 to 18 the error ellipse: [`Ellipse`], bit 19: the position leans on other vehicles |
+//! | 23 | u24 | what the board names: [`Named`]; while it names nothing, bits 5 to 18 the error ellipse: [`Ellipse`] |
 //! | 26 | u16 | CRC-16/IBM-3740 over bytes 0 to 25 |
 //! | 28 | u32 | version 10 only: authentication code over bytes 0 to 27 |
 //!
@@ -60,11 +60,13 @@ const SPEED: Steps = Steps { least: 0.01, octave: 4.0, last: 31 };
 const VELOCITY: u32 = 11;
 const VELOCITY_MPS: f64 = 10.23;
 /// Bits of the depth.
-const DEPTH: u32 = 13;
+const DEPTH: u32 = 12;
+/// Place of the bit that says whether the position leans on other vehicles.
+const LEANS: u32 = 2 * VELOCITY + DEPTH;
 /// Bits of the cause that is named.
 const QUIET: u32 = 5;
-/// Bit that says on whom the position leans.
-const LEANS: u32 = 1 << 19;
+/// Bits behind which nothing is written while nothing is named.
+const QUIET_BITS: u32 = 19;
 
 impl Steps {
     fn value(&self, step: u8) -> f64 {
@@ -106,7 +108,7 @@ pub struct VehicleState {
     pub position_sigma_m: f64,
     /// Shape of that ellipse; a circle while something is named.
     pub ellipse: Ellipse,
-    /// Since its last fix the vehicle has used another one's range; said to be so while something is named.
+    /// Since its last fix the vehicle has used another one's range.
     pub leans: bool,
     /// One sigma of the velocity per axis, m/s.
     pub velocity_sigma_mps: f64,
@@ -160,10 +162,10 @@ impl VehicleState {
         let is_quiet = Named::read(named).cause == 0;
         let quiet = u32::from_le_bytes([first, second, third, 0]);
         // what nothing is written to
-        if is_quiet && quiet >= LEANS << 1 {
+        if is_quiet && quiet >> QUIET_BITS != 0 {
             return Err(Error::OutOfRange);
         }
-        let velocity_sigma = field(2 * VELOCITY + DEPTH, 5) as u8;
+        let velocity_sigma = field(LEANS + 1, 5) as u8;
         Ok(Self {
             source,
             transmit_s: u32::from_le_bytes(at(payload, 2)?),
@@ -177,7 +179,7 @@ impl VehicleState {
             mode: mode % MODES,
             synchronous: mode & SYNCHRONOUS != 0,
             ellipse: if is_quiet { Ellipse::read((quiet >> QUIET) as u16) } else { Ellipse::CIRCLE },
-            leans: !is_quiet || quiet & LEANS != 0,
+            leans: field(LEANS, 1) != 0,
             named: if is_quiet { Named::NOTHING } else { Named::read(named) },
         })
     }
@@ -222,7 +224,8 @@ impl VehicleState {
         let bits = velocity(north)?
             | velocity(east)? << VELOCITY
             | depth << (2 * VELOCITY)
-            | velocity_sigma << (2 * VELOCITY + DEPTH);
+            | u64::from(self.leans) << LEANS
+            | velocity_sigma << (LEANS + 1);
         writer.bytes(bits.to_le_bytes().first_chunk::<5>().ok_or(Error::Length)?)?;
         let [level, depth_level] = self.level_m;
         writer.byte(HORIZONTAL.step(self.position_sigma_m)?)?;
@@ -233,8 +236,7 @@ impl VehicleState {
         let depth_level = VERTICAL.step_of_level(depth_level)? * MODES;
         writer.byte(mode | depth_level | if self.synchronous { SYNCHRONOUS } else { 0 })?;
         if self.named.cause == 0 {
-            let leans = if self.leans { LEANS } else { 0 };
-            let [a, b, c, _] = (u32::from(self.ellipse.bits()) << QUIET | leans).to_le_bytes();
+            let [a, b, c, _] = (u32::from(self.ellipse.bits()) << QUIET).to_le_bytes();
             writer.bytes(&[a, b, c])?;
         } else {
             writer.bytes(&self.named.bytes()?)?;
@@ -271,8 +273,8 @@ mod tests {
         let mut buffer = [0; AUTHENTIC_LENGTH];
         let bytes = STATE.emit(&Key::NONE, &mut buffer).unwrap();
         let mut expected: [u8; LENGTH] = [0; LENGTH];
-        // 100 | (-25 mod 2048) << 11 | 30 << 22 | 4 << 35: 0.01 · 2^(4/4) = 0.02
-        let motion = 100_u64 | 2023 << 11 | 30 << 22 | 4 << 35;
+        // 100 | (-25 mod 2048) << 11 | 30 << 22 | leans << 34 | 4 << 35: 0.01 · 2^(4/4) = 0.02
+        let motion = 100_u64 | 2023 << 11 | 30 << 22 | 1 << 34 | 4 << 35;
         // 2 | 18 << 5 | 1 << 11 | (-9 mod 64) << 12
         let named = 2_u32 | 18 << 5 | 1 << 11 | 55 << 12;
         let parts: [&[u8]; 9] = [
@@ -319,7 +321,7 @@ mod tests {
         assert_eq!((read.named, read.ellipse, read.leans), (Named::NOTHING, ellipse, false));
         let leaning = VehicleState { leans: true, ..state };
         let leaning = leaning.emit(&Key::NONE, &mut buffer).unwrap();
-        assert_eq!((leaning[25], VehicleState::parse(leaning).unwrap().leans), (4 | 8, true));
+        assert_eq!((leaning[18] & 4, VehicleState::parse(leaning).unwrap().leans), (4, true));
         // east, 2^(-5/6) = 0.561
         let [north, cross, east] = read.position_covariance_m2();
         let sigma = read.position_sigma_m;
