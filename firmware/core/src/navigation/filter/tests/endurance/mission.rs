@@ -26,7 +26,7 @@ const SHIP_SPEED_MPS: f64 = 1.0;
 const MEMORY_S: f64 = 1.0e5;
 
 /// Steps between two restarts of the bank, an hour, and within it the start and the end of a silence of ten minutes.
-const RESTART_EVERY: u64 = 36_000;
+pub const RESTART_EVERY: u64 = 36_000;
 const SILENCE: core::ops::Range<u64> = 12_000..18_000;
 
 /// Truth, its sensors, and what the modem does.

@@ -240,15 +240,15 @@ impl Pair {
     }
 }
 
-fn judge(findings: &Findings) {
+/// `most`: largest difference from the reference, in sigmas.
+fn judge(findings: &Findings, most: f64) {
     // Stored once for both.
     assert_eq!(findings.asymmetry, 0.0);
     // Against a diagonal of ones and the rounding of 50 terms, 1e-14: what is above 1e-11 is no rounding.
     assert!(findings.pivot > 1.0e-11 && findings.eigenvalue > 1.0e-11, "{findings:?}");
     // Nothing but that rounding and what it has done to P below zero.
     assert!(findings.with_clones > -1.0e-11, "{findings:?}");
-    // One unit in the last place a step would add up to this over 10⁷ steps.
-    assert!(findings.state < 1.0e-9 && findings.covariance < 1.0e-9, "{findings:?}");
+    assert!(findings.state < most && findings.covariance < most, "{findings:?}");
     // Where no measurement takes rounding back it does add up.
     assert!(findings.unobserved < 1.0e-8, "{findings:?}");
 }
@@ -257,14 +257,18 @@ fn judge_nominal(pairs: &[Pair]) {
     let [Pair { rests: 0, findings, .. }] = pairs else { panic!("one filter, followed to the end") };
     // Vehicle, four effects, ship and two clones.
     assert_eq!(findings.most_states, 12 + 4 + 6 + 2 * 6, "the largest filter of this mission was looked at");
-    judge(findings);
+    // One unit in the last place a step would add up to this over 10⁷ steps.
+    judge(findings, 1.0e-9);
 }
 
 fn judge_bank(pairs: &[Pair]) {
     let [main, nominal, steady] = pairs else { panic!("three filters") };
     assert_eq!([main, nominal, steady].map(|pair| present(&pair.filter)), [38, 18, 36]);
     assert_eq!(main.findings.most_states, N_MAX, "the largest filter there is was looked at");
-    pairs.iter().for_each(|pair| judge(&pair.findings));
+    // One unit in the last place a step, from one restart to the next, over the least eigenvalue of the correlations,
+    // 1e-5: 8e-7. The single filter's bound, 1e-9, does not hold for the bank: see the page.
+    let most = f64::EPSILON * mission::RESTART_EVERY as f64 / 1.0e-5;
+    pairs.iter().for_each(|pair| judge(&pair.findings, most));
 }
 
 #[test]
@@ -285,9 +289,9 @@ fn val_covariance_follows_the_square_root_filter_over_1e7_steps() {
     judge_nominal(&fly(Mission::new(), 10_000_000, 500_000));
 }
 
-/// A week, with a restart each hour; see docs/results/endurance.md.
+/// Two days with a restart each hour; see docs/results/endurance.md.
 #[test]
-#[ignore = "six million steps, ten minutes: .ci/nightly"]
-fn val_the_bank_follows_square_root_filters_over_6e6_steps() {
-    judge_bank(&fly(Mission::robust(), 6_000_000, 100_000));
+#[ignore = "two million steps, eight minutes: .ci/nightly"]
+fn val_the_bank_follows_square_root_filters_over_2e6_steps() {
+    judge_bank(&fly(Mission::robust(), 2_000_000, 100_000));
 }
