@@ -217,7 +217,8 @@ impl LastResort {
             (false, _) => FittingState::NotFitted,
             (true, false) => FittingState::Silent,
             (true, true) if wrong => FittingState::Wrong,
-            (true, true) => [FittingState::Ready, FittingState::Active][usize::from(active)],
+            (true, true) if active => FittingState::Active,
+            (true, true) => FittingState::Ready,
         };
         let ([aborts, falls], [abort_stuck, drop_stuck]) = (self.outputs(), self.stuck.map(|stuck| stuck.holds));
         let supply_v = readings.supply_v.unwrap_or(0.0);
