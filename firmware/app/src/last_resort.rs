@@ -1,7 +1,8 @@
 //! Last-resort hardware: when the abort line is active and the drop weight falls, and whether all of it is ready.
 //!
-//! Of what is not fitted nothing is asked, and nothing follows. The weight falls once the vehicle has dived in a mission,
-//! or after one that was ended, for one of these reasons, each confirmed by as many readings as a parameter says:
+//! Of what is not fitted nothing is asked, and nothing follows. The weight falls once the vehicle has dived in a
+//! mission, or after one that was ended, for one of these reasons; the first three are confirmed by as many readings as
+//! a parameter says:
 //!
 //! | reason | when |
 //! |---|---|
@@ -10,7 +11,8 @@
 //! | supply | below its last level |
 //! | no ascent | the mission was ended, and the vehicle has not come up for a while |
 //!
-//! At rest and at the surface it falls by command alone. What has fallen stays so until the operator lets the output rest.
+//! At rest and at the surface it falls by command alone. What has fallen stays so until the operator lets the output
+//! rest.
 
 use crate::held::Held;
 use crate::parameters::FittingSettings;
@@ -217,7 +219,8 @@ impl LastResort {
             (false, _) => FittingState::NotFitted,
             (true, false) => FittingState::Silent,
             (true, true) if wrong => FittingState::Wrong,
-            (true, true) => [FittingState::Ready, FittingState::Active][usize::from(active)],
+            (true, true) if active => FittingState::Active,
+            (true, true) => FittingState::Ready,
         };
         let ([aborts, falls], [abort_stuck, drop_stuck]) = (self.outputs(), self.stuck.map(|stuck| stuck.holds));
         let supply_v = readings.supply_v.unwrap_or(0.0);

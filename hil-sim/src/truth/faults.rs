@@ -79,9 +79,9 @@ impl Faults {
 
     /// The vehicle as it is at a time.
     ///
-    /// A weight is dropped from the centre of gravity. Water adds its mass to the three masses and its moment about the centre of gravity to the restoring one; the
+    /// Water adds its mass to the three masses and its moment about the centre of gravity to the restoring one; the
     /// centre of gravity that moments are taken about and the inertias stay where they were, which a kilogram in 38
-    /// allows.
+    /// allows. A weight that is dropped hung at the centre of gravity.
     #[must_use]
     pub fn applied(&self, parameters: &Parameters, time_s: f64) -> Parameters {
         let mut p = *parameters;

@@ -103,7 +103,6 @@ pub fn lines(look: &Look) -> Vec<CheckLine> {
         oscillator(look),
         log(look),
         hardware(look),
-        super::fittings::line(&look.counters.1.fittings),
         pps(look),
         mode(look),
         parameters(&look.parameters),

@@ -81,7 +81,9 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
 
 fn with_devices(args: &Args) -> anyhow::Result<Vec<CheckLine>> {
     let mut board = args.common.connect()?;
-    let mut lines = judge::lines(&look(&mut board)?);
+    let look = look(&mut board)?;
+    let mut lines = judge::lines(&look);
+    lines.push(fittings::line(&look.counters.1.fittings));
     if args.wiggle {
         lines.push(wiggle(&mut board)?);
     }

@@ -7,8 +7,8 @@
 //! | leak detector, input | PE13, pulled to where it is dry | |
 //! | supply, analogue input | PC0 (ADC1_INP10) | |
 //!
-//! What is fitted, and at which level it acts, are parameters; they are read once, at start. A pin of what is not fitted
-//! is left as reset leaves it.
+//! What is fitted, and at which level it acts, are parameters; they are read once, at start. A pin of what is not
+//! fitted is left as reset leaves it.
 
 use backseat_app::App;
 use backseat_app::fitted::FittedPins;
