@@ -5,7 +5,6 @@ mod effects;
 mod golden_history;
 mod hostile_host;
 mod scenario;
-mod separation;
 mod ship_end;
 mod truth;
 mod world;
