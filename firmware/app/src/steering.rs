@@ -152,9 +152,10 @@ impl Steering {
         }
     }
 
-    /// Leg of the mission, and its line.
+    /// Leg of the mission, and its line, where the law of control can depart from it.
     pub fn line(&self) -> Option<(u16, Segment)> {
-        Some((self.leg()?, *self.controller.segment()?))
+        let leg = self.leg().filter(|_| self.controller.can_go_aside())?;
+        Some((leg, *self.controller.segment()?))
     }
 
     /// Departs from the leg, or follows it again.

@@ -169,7 +169,13 @@ impl Controller {
     /// Departs from the leg from now on, or follows it again; not with the law about the reference trajectory, which
     /// flies the leg itself.
     pub fn set_aside(&mut self, aside: Option<Aside>) {
-        self.aside = aside.filter(|_| self.config.law != ControlLaw::LqrOnReference);
+        self.aside = aside.filter(|_| self.can_go_aside());
+    }
+
+    /// The law follows legs: one about a reference trajectory has no place for what departs from it.
+    #[must_use]
+    pub fn can_go_aside(&self) -> bool {
+        self.config.law != ControlLaw::LqrOnReference
     }
 
     /// The leg that is flown now.

@@ -241,7 +241,7 @@ mod tests {
         let gain = separation(Manoeuvre::Rudder, &model, &x, &ActuatorInput::default(), &difference, 0.0);
         let wrench = model.fin_wrenches(&crate::state::velocity(&x), &[0.1, 0.0, 0.0, 0.0])[0];
         let a = model.acceleration_of(&wrench) * 0.4;
-        let seen: f64 = (2..6).map(|i| (a[i] / ACCELERATION_NOISE[i]).powi(2)).sum();
+        let seen: f64 = (2..6).map(|i| a[i] / ACCELERATION_NOISE[i]).map(|seen| seen * seen).sum();
         assert!((gain / (0.5 * 8.0 * seen) - 1.0).abs() < 0.05, "{gain} {seen}");
     }
 
