@@ -6,6 +6,7 @@ mod golden_history;
 mod hostile_host;
 mod last_resort;
 mod scenario;
+mod separation;
 mod ship_end;
 mod truth;
 mod world;
