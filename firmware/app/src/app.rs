@@ -5,6 +5,7 @@ use crate::backseat::Backseat;
 use crate::estimator::Estimator;
 use crate::estimator::FilterPlace;
 use crate::health::Health;
+use crate::held::Held;
 use crate::host::{HOST_RING, send};
 use crate::parameters::Settings;
 use crate::requests;
@@ -22,7 +23,7 @@ pub struct App {
     decoder: hostlink::Decoder,
     host_counts: Counts,
     pub(crate) host_out: Ring<HOST_RING>,
-    announced: Option<Step>,
+    announced: Held<Step>,
     pub(crate) backseat: Backseat,
 }
 
@@ -52,7 +53,7 @@ impl App {
             decoder: hostlink::Decoder::new(),
             host_counts: Counts::new(),
             host_out: Ring::new(),
-            announced: None,
+            announced: Held::none(),
             backseat: Backseat::new(filter),
         }
     }
@@ -86,7 +87,7 @@ impl App {
             let Ok(message) = self.host_counts.note(frame.message::<ToBoard<'_>>()) else { continue };
             let Backseat { host, parameters, drivers, .. } = &mut self.backseat;
             match host.admit(message, &parameters.active().app.acoustic_key) {
-                Ok((ToBoard::Step(step), _)) => self.announced = Some(step),
+                Ok((ToBoard::Step(step), _)) => self.announced.set(step),
                 Ok((request, trusted)) => {
                     requests::answer(&mut self.backseat, &request, trusted, &mut self.host_out);
                 }

@@ -130,8 +130,8 @@ fn every_message_survives() {
 #[test]
 fn sizes() {
     let mut buffer = [0; MAX_FRAME];
-    // 481 bytes of postcard (each integer at its longest), CRC 4, COBS codes 2, delimiters 2.
-    assert_eq!(encode(&largest_step(), &mut buffer).unwrap().len(), 489);
+    // 485 bytes of postcard (each integer at its longest), CRC 4, COBS codes 2, delimiters 2.
+    assert_eq!(encode(&largest_step(), &mut buffer).unwrap().len(), 493);
     assert!(encode(&telemetry(), &mut buffer).unwrap().len() < 330);
     assert_eq!(encode(&largest_step(), &mut [0; 480]), Err(Error::BufferFull));
     assert_eq!(encode(&ToBoard::Hello, &mut [0; 3]), Err(Error::BufferFull));
