@@ -33,7 +33,7 @@ impl FusionRecord {
 /// What the board did in one step.
 #[derive(Clone, Debug)]
 pub struct StepOutput {
-    /// Bytes it sent to each device port ([`Port::DEVICES`] order).
+    /// Bytes it sent to each device port (in the order of `Port::DEVICES`).
     pub sent: [Vec<u8>; 4],
     /// Its record of the step.
     pub telemetry: Option<Telemetry>,
