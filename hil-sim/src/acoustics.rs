@@ -3,11 +3,13 @@
 //! Travel times are solved with both ends moving: a packet sent at t₀ from a place s arrives at the
 //! t₁ at which c (t₁ − t₀) = |p(t₁) − s|, p(t) the receiver's own motion.
 
+use crate::devices::LocalFrame;
 use crate::observation::{Downlink, Observation, ObservationKind, ShipReport, ShipTwoWay, TwoWay, Uplink};
 use crate::rng::{Source, Stream};
 use crate::scenario::effects::AcousticChannel;
 use crate::scenario::{self, Exchange, Scenario};
 use crate::ship::{ShipEstimator, ShipMotion};
+use backseat_wire::vehicle_state::{AUTHENTIC_LENGTH, VehicleState};
 
 /// Fixed-point iterations for a time of arrival. Each gains a factor of c over the receiver's
 /// speed, more than 100: six reach the last bit of a double.
@@ -43,6 +45,25 @@ pub struct Sender {
     pub position_m: [f64; 3],
     /// Velocity over ground, north, east, down, m/s.
     pub velocity_mps: [f64; 3],
+}
+
+/// A vehicle that sends, for another.
+#[derive(Clone, Copy, Debug)]
+pub struct SoundSource {
+    time_us: u64,
+    sender: Sender,
+    clock_s: f64,
+}
+
+/// A packet of one vehicle at another.
+#[derive(Clone, Copy, Debug)]
+pub struct HeardSound {
+    /// When it arrives, µs.
+    pub arrival_us: u64,
+    /// Measured time of arrival, µs.
+    pub toa_us: u64,
+    /// Measured range rate, m/s.
+    pub range_rate_mps: f64,
 }
 
 /// A packet on its way.
@@ -157,10 +178,58 @@ impl Acoustics {
         distance(vehicle_m, self.transducer(ship, seconds(time_us))) / self.true_speed_mps
     }
 
-    /// How long sound takes between two places, s.
+    /// The vehicle as it sends at this time, for those that hear it.
     #[must_use]
-    pub fn flight_between_s(&self, a: [f64; 3], b: [f64; 3]) -> f64 {
-        distance(a, b) / self.true_speed_mps
+    pub fn source(&self, time_us: u64, sender: Sender) -> SoundSource {
+        SoundSource { time_us, sender, clock_s: self.clock_s(seconds(time_us)) }
+    }
+
+    /// How a vehicle in straight motion hears another; `None` if the packet is lost or has come too far.
+    pub fn hear_vehicle(&mut self, source: &SoundSource, listener: &Sender) -> Option<HeardSound> {
+        // as in `launch`, drawn for every packet
+        let [range_error, rate_error] = self.noise.normals::<2>(1.0);
+        let outlier_m = self.outlier();
+        let is_missed = self.loss.uniform() < self.settings.loss_share;
+        let SoundSource { time_us, sender, clock_s } = source;
+        let (mut flight_s, mut range_m, mut place_m) = (0.0, 0.0, listener.position_m);
+        for _ in 0..ITERATIONS {
+            place_m = core::array::from_fn(|i| listener.position_m[i] + flight_s * listener.velocity_mps[i]);
+            range_m = distance(place_m, sender.position_m);
+            flight_s = range_m / self.true_speed_mps;
+        }
+        let measured_m = self.declared_speed_mps
+            * (flight_s + self.clock_s(seconds(*time_us)) - clock_s + self.delay_s)
+            + self.range_sigma_m * range_error
+            + outlier_m;
+        let rate_mps =
+            opening(difference(place_m, sender.position_m), difference(listener.velocity_mps, sender.velocity_mps));
+        (range_m <= self.settings.max_range_m && !is_missed).then(|| HeardSound {
+            arrival_us: time_us + micros(flight_s),
+            toa_us: time_us.saturating_add_signed((measured_m / self.declared_speed_mps * 1.0e6).round() as i64),
+            range_rate_mps: rate_mps + self.range_rate_sigma_mps * rate_error,
+        })
+    }
+
+    /// What the vehicle's clock shows too much, s.
+    fn clock_s(&self, time_s: f64) -> f64 {
+        self.channel.clock_offset_s + self.channel.clock_drift * time_s
+    }
+
+    /// An uplink's frame, in which the place may be misstated.
+    #[must_use]
+    pub fn misstated(&self, frame: &[u8], local: LocalFrame) -> Vec<u8> {
+        let scenario::Acoustics { misstated_m: [north_m, east_m], key, .. } = self.settings;
+        let mut stated = frame.to_vec();
+        if [north_m, east_m] != [0.0; 2]
+            && let Ok(mut state) = VehicleState::parse(frame)
+        {
+            let [x_m, y_m] = local.to_metres(state.position_deg);
+            state.position_deg = local.to_degrees([x_m + north_m, y_m + east_m]);
+            if let Ok(payload) = state.emit(&key, &mut [0; AUTHENTIC_LENGTH]) {
+                stated[..payload.len()].copy_from_slice(payload);
+            }
+        }
+        stated
     }
 
     /// A modem sends at `tol_us`; a downlink says what `report` says.
@@ -334,7 +403,7 @@ impl Acoustics {
         let range_rate_error_mps = self.range_rate_sigma_mps * flight.errors[1];
         // A one-way time is read off the receiver's clock, in units of the declared sound speed.
         let one_way = |tol_us: u64| {
-            let clock_s = self.channel.clock_offset_s + self.channel.clock_drift * arrival_s;
+            let clock_s = self.clock_s(arrival_s);
             let range_m =
                 self.declared_speed_mps * (arrival_s - seconds(tol_us) + clock_s + self.delay_s) + range_error_m;
             let toa_us = tol_us.saturating_add_signed((range_m / self.declared_speed_mps * 1.0e6).round() as i64);

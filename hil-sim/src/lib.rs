@@ -7,6 +7,7 @@ pub mod devices;
 pub mod ending;
 pub mod environment;
 pub mod faults;
+pub mod fittings;
 pub mod flight;
 pub mod noise;
 pub mod observation;

@@ -1,6 +1,7 @@
 //! The simulated world: vehicle, ship, water, sensors and sound on one clock.
 
-use crate::acoustics::{Acoustics, Passage, Sender};
+use crate::acoustics::{Acoustics, HeardSound, Passage, Sender, SoundSource};
+use crate::devices::LocalFrame;
 use crate::environment::Sea;
 use crate::observation::{Observation, ObservationKind, ShipReport};
 use crate::scenario::{Exchange, Scenario};
@@ -71,6 +72,11 @@ impl World {
         self.pending.push_back((time_us + self.input_delay_us, targets));
     }
 
+    /// The vehicle drops a weight of so much in water, kg.
+    pub fn drop_weight(&mut self, kg: f64) {
+        self.vehicle.drop_weight(kg);
+    }
+
     /// Moves the world to the last integration step not after `to_us` and hands out everything
     /// observed on the way, in order of time (an observation at `to_us` itself included).
     pub fn advance(&mut self, to_us: u64, sink: &mut impl FnMut(&Observation)) {
@@ -104,11 +110,22 @@ impl World {
         (1.0e6 * self.acoustics.flight_s(self.time_us, self.transducer_m(), &self.ship)) as u64
     }
 
-    /// How long sound takes from this vehicle to another now, µs.
+    /// This vehicle as another hears it that sends now.
     #[must_use]
-    pub fn flight_to_us(&self, other: &Self) -> u64 {
-        let (from, to) = (self.transducer_m(), other.transducer_m());
-        (1.0e6 * self.acoustics.flight_between_s(from, to)) as u64
+    pub fn source(&self) -> SoundSource {
+        self.acoustics.source(self.time_us, self.sender())
+    }
+
+    /// How this vehicle hears another, if it does.
+    pub fn hear_vehicle(&mut self, source: &SoundSource) -> Option<HeardSound> {
+        let listener = self.sender();
+        self.acoustics.hear_vehicle(source, &listener)
+    }
+
+    /// An uplink's frame with the place that the vehicle states, which may not be the one that its board does.
+    #[must_use]
+    pub fn misstated(&self, frame: &[u8], local: LocalFrame) -> Vec<u8> {
+        self.acoustics.misstated(frame, local)
     }
 
     /// The ship of another world is the one of this.

@@ -141,7 +141,7 @@ impl Decoding {
             Event::Received { port: Port::Host, bytes } => self.request(bytes),
             Event::Received { port, bytes } => self.device(*port, time_us, bytes, out),
             Event::Sent { port: Port::Host, bytes } => self.board(time_us, bytes, out),
-            Event::Sent { .. } | Event::Edge | Event::Step { .. } => {}
+            Event::Sent { .. } | Event::Edge | Event::Fittings(_) | Event::Step { .. } => {}
             Event::Parameters(values) => {
                 self.parameters_known = true;
                 self.parameters.begin();

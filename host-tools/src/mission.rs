@@ -8,6 +8,7 @@ use backseat_link::board::{Board, Declared};
 use backseat_logs::output::{self, Existing};
 use backseat_wire::hostlink::Waypoint;
 use clap::Subcommand;
+use hil_sim::scenario::Separate;
 use serde_json::{Value, json};
 use std::path::PathBuf;
 use std::time::Duration;
@@ -20,6 +21,8 @@ Examples:
   backseat mission stop /dev/ttyACM0
 
 PORT is the board's host port, with :BAUD behind it where that is not 115200. A mission file:
+
+  separate = \"on legs\"       # optional, above all tables: \"never\", \"on legs\" or \"free\" for manoeuvres that tell causes apart
 
   [[mission.waypoints]]      # one for each leg, in order
   x_m = 120.0                # north
@@ -34,7 +37,7 @@ PORT is the board's host port, with :BAUD behind it where that is not 115200. A 
   horizontal_m = 60.0
   depth_m = 25.0
 
-The [mission], [fence] and [alert] of a simulator's scenario do as well, lawnmower included.";
+The [mission], [fence], [alert] and separate of a simulator's scenario do as well, lawnmower included.";
 
 /// A step takes 0.1 s; a few of them.
 const MOMENT: Duration = Duration::from_millis(400);
@@ -87,7 +90,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         Action::Put { common, file } => {
             let stored = mission_file::read(file)?;
             let warnings = put(&mut common.connect()?, &stored)?;
-            let StoredMission { waypoints, fence_m, alerts_m } = stored;
+            let StoredMission { waypoints, fence_m, alerts_m, .. } = stored;
             let (fence, alert) = (fence_text(&fence_m), alert_text(alerts_m));
             let mut text = format!("{} waypoints, {:.0} m{fence}{alert}\n", waypoints.len(), length_m(&waypoints));
             text.extend(warnings.iter().map(|warning| format!("warning: {warning}\n")));
@@ -101,13 +104,19 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
             let path = file.as_ref().or(out.as_ref());
             path.map_or(Ok(()), |path| output::check(path, existing))?;
             let mut board = common.connect()?;
-            let waypoints = board.mission()?;
+            let waypoints: Vec<Waypoint> = board.mission()?;
             if waypoints.is_empty() {
                 bail!("{}: no mission is stored on the board", common.port);
             }
             let fence_m = board.fence()?;
-            let alerts_m = alerts_of(&board.parameters()?).filter(|alerts_m| *alerts_m != [0.0; 2]);
-            let text = mission_file::text_of(&waypoints, &fence_m, alerts_m);
+            let parameters = board.parameters()?;
+            let alerts_m = alerts_of(&parameters).filter(|alerts_m| *alerts_m != [0.0; 2]);
+            let separate = value(&parameters, SEPARATE);
+            let separate =
+                Separate::ALL.map(|(own, _)| own).into_iter().skip(1).find(|own| Some(own.parameter()) == separate);
+            let stored = StoredMission { waypoints, fence_m, alerts_m, separate };
+            let text = mission_file::text_of(&stored);
+            let StoredMission { waypoints, fence_m, .. } = stored;
             if let Some(path) = path {
                 output::write(path, existing, |file| file.write_all(text.as_bytes()))?;
             }
@@ -130,19 +139,30 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     }
 }
 
-/// Replaces the board's mission and, if there are others with it, its alert limits; what is to be said of them.
+/// Replaces the board's mission and, if there are others with it, alert limits and manoeuvres; what is to be said of them.
 pub fn put(board: &mut Board, stored: &StoredMission) -> anyhow::Result<Vec<String>> {
     let warnings = stored.alerts_m.map_or(Ok(Vec::new()), |alerts_m| set_alerts(board, alerts_m))?;
+    if let Some(separate) = stored.separate {
+        let parameters = board.parameters()?;
+        if value(&parameters, SEPARATE) != Some(separate.parameter()) {
+            board.set_parameters(&[(SEPARATE.to_owned(), separate.parameter())], &parameters, false)?;
+        }
+    }
     board.set_mission(&stored.waypoints, &stored.fence_m)?;
     Ok(warnings)
+}
+
+const SEPARATE: &str = "app.separate";
+
+fn value(parameters: &[Declared], name: &str) -> Option<f64> {
+    parameters.iter().find(|parameter| parameter.name == name).map(|found| found.value)
 }
 
 const ALERTS: [&str; 2] = ["app.alert_horizontal_m", "app.alert_depth_m"];
 
 /// The alert limits of a board that has them.
 fn alerts_of(parameters: &[Declared]) -> Option<[f64; 2]> {
-    let [horizontal, depth] =
-        ALERTS.map(|name| parameters.iter().find(|parameter| parameter.name == name).map(|found| found.value));
+    let [horizontal, depth] = ALERTS.map(|name| value(parameters, name));
     Some([horizontal?, depth?])
 }
 

@@ -5,13 +5,15 @@ use crate::backseat::Backseat;
 use crate::estimator::Estimator;
 use crate::estimator::FilterPlace;
 use crate::health::Health;
+use crate::held::Held;
 use crate::host::{HOST_RING, send};
 use crate::parameters::Settings;
 use crate::requests;
 use crate::ring::Ring;
 use backseat_wire::Counts;
 use backseat_wire::hostlink::{
-    self, BoardLog, FromBoard, Hardware, ImageId, Mode, ModeReason, Oscillator, Port, Refusal, Step, StepDone, ToBoard,
+    self, BoardLog, FittingReadings, FromBoard, Hardware, ImageId, Mode, ModeReason, Oscillator, Port, Refusal, Step,
+    StepDone, ToBoard,
 };
 #[cfg(feature = "static-filter")]
 use core::mem::offset_of;
@@ -21,7 +23,7 @@ pub struct App {
     decoder: hostlink::Decoder,
     host_counts: Counts,
     pub(crate) host_out: Ring<HOST_RING>,
-    announced: Option<Step>,
+    announced: Held<Step>,
     pub(crate) backseat: Backseat,
 }
 
@@ -51,7 +53,7 @@ impl App {
             decoder: hostlink::Decoder::new(),
             host_counts: Counts::new(),
             host_out: Ring::new(),
-            announced: None,
+            announced: Held::none(),
             backseat: Backseat::new(filter),
         }
     }
@@ -85,7 +87,7 @@ impl App {
             let Ok(message) = self.host_counts.note(frame.message::<ToBoard<'_>>()) else { continue };
             let Backseat { host, parameters, drivers, .. } = &mut self.backseat;
             match host.admit(message, &parameters.active().app.acoustic_key) {
-                Ok((ToBoard::Step(step), _)) => self.announced = Some(step),
+                Ok((ToBoard::Step(step), _)) => self.announced.set(step),
                 Ok((request, trusted)) => {
                     requests::answer(&mut self.backseat, &request, trusted, &mut self.host_out);
                 }
@@ -223,6 +225,18 @@ impl App {
     /// What the board's hardware has come to, after each step.
     pub fn hardware(&mut self, hardware: Hardware) {
         self.backseat.drivers.hardware(hardware);
+    }
+
+    /// Last-resort hardware was read, its outputs set as [`Self::fitting_outputs`] has them; before each step.
+    pub fn fittings(&mut self, readings: FittingReadings) {
+        let Backseat { last_resort, parameters, .. } = &mut self.backseat;
+        last_resort.read(readings, &parameters.active().app.fittings);
+    }
+
+    /// What its outputs are to be after a step: the abort line is active; the drop weight falls.
+    #[must_use]
+    pub fn fitting_outputs(&self) -> [bool; 2] {
+        self.backseat.last_resort.outputs()
     }
 
     /// The host may be sending the key: bytes of the host port must not be logged now.

@@ -9,6 +9,7 @@
 //! Components know the components to their left at most, own their state and return decisions.
 
 mod acting;
+mod ending;
 
 use crate::adaptation::Adaptation;
 use crate::consequences::Consequences;
@@ -17,13 +18,15 @@ use crate::estimator::{Estimator, FilterPlace};
 use crate::host::{HOST_RING, Host, report};
 use crate::inputs::Inputs;
 use crate::inputs::installation::horizon_us;
+use crate::last_resort::LastResort;
 use crate::late::LateSteps;
 use crate::learning::Learning;
 use crate::links::Links;
 use crate::modes::{ModeFacts, Modes};
 use crate::parameters::{ParameterStore, Settings};
 use crate::ring::Ring;
-use crate::safety::{self, Action, Decision, Fence, Observed, SafetyMonitor};
+use crate::safety::{Fence, Observed, SafetyMonitor};
+use crate::separation::Separation;
 use crate::steering::{Orders, Situation, Steering};
 use crate::storage::{Asked, Storage};
 use crate::telemetry;
@@ -32,7 +35,7 @@ use crate::updates::Updates;
 use crate::uplink::Uplink;
 use backseat_core::dynamics::VehicleModel;
 use backseat_core::state::Z;
-use backseat_wire::hostlink::{self, FromBoard, ModeReason, Port, Refusal};
+use backseat_wire::hostlink::{self, FromBoard, Port, Refusal};
 
 /// Attitude or depth may contradict the filter for this long without a mission, µs; then it starts anew.
 const CONTRADICTION_US: u64 = 20_000_000;
@@ -54,10 +57,12 @@ pub struct Backseat {
     pub estimator: Estimator,
     pub adaptation: Adaptation,
     pub consequences: Consequences,
+    pub separation: Separation,
     pub learning: Learning,
     pub modes: Modes,
     pub steering: Steering,
     pub safety: SafetyMonitor,
+    pub last_resort: LastResort,
     /// Of the stored mission.
     pub fence: Fence,
     pub uplink: Uplink,
@@ -97,10 +102,12 @@ impl Backseat {
             estimator: Estimator::new(filter),
             adaptation: Adaptation::new(),
             consequences: Consequences::new(),
+            separation: Separation::new(),
             learning: Learning::new(),
             modes: Modes::new(),
             steering: Steering::new(),
             safety: SafetyMonitor::new(),
+            last_resort: LastResort::new(),
             fence: Fence::new(),
             uplink: Uplink::new(),
             host: Host::new(),
@@ -120,10 +127,12 @@ impl Backseat {
         self.estimator.reset();
         self.adaptation.restart();
         self.consequences = Consequences::new();
+        self.separation = Separation::new();
         self.learning = Learning::new();
         self.modes = Modes::new();
         self.steering.restart();
         self.safety.restart();
+        self.last_resort = LastResort::new();
         self.uplink = Uplink::new();
         self.host.restart();
         self.out.iter_mut().for_each(Ring::clear);
@@ -178,6 +187,7 @@ impl Backseat {
         self.draw_consequences(now_us);
         let mut orders = Orders::default();
         self.judge(now_us, failed, &mut orders);
+        self.separate(now_us);
         self.steer(now_us, &mut orders);
         self.carry_out(&orders);
         self.ask(now_us);
@@ -208,9 +218,13 @@ impl Backseat {
     /// The mode of the step, and what follows from it.
     #[inline(never)]
     fn judge(&mut self, now_us: u64, failed: bool, orders: &mut Orders) {
+        let last_facts = self.last_resort_facts(now_us);
         let facts = self.facts(now_us, failed);
         let settings = &self.parameters.active().app;
+        let reported = self.last_resort.report(&settings.fittings);
+        self.last_resort.observe(&last_facts, &settings.fittings);
         if self.modes.update(now_us, &facts, settings) {
+            self.last_resort.abort();
             self.steering.hand_back(now_us, settings, orders);
         }
         self.apply_abort(now_us, orders);
@@ -224,6 +238,7 @@ impl Backseat {
             }
         }
         self.apply_safety(now_us, orders);
+        self.decide_last_resort(&last_facts, &reported);
         // No mission relies on it, and it contradicts its sensors: it starts again from them.
         let since_us = self.estimator.unsteerable_since_us();
         let contradicts = since_us.is_some_and(|us| now_us.saturating_sub(us) > CONTRADICTION_US);
@@ -235,48 +250,9 @@ impl Backseat {
 
     /// What the limits of safety are judged by.
     pub fn observed(&self) -> Observed<'_> {
-        let Self { parameters, clock, links, inputs, estimator, steering, fence, modes, .. } = self;
-        let settings = &parameters.active().app;
-        Observed { settings, clock, links, inputs, estimator, steering, fence, degraded: modes.is_degraded() }
-    }
-
-    /// Ends a mission, under way or armed, that the ship aborts.
-    #[inline(never)]
-    fn apply_abort(&mut self, now_us: u64, orders: &mut Orders) {
-        let abort = self.links.take_abort();
-        if !abort.is_some_and(|abort| safety::aborts(&abort, now_us, &self.observed())) {
-            return;
-        }
-        self.steering.disarm();
-        if self.steering.under_way() {
-            self.steering.hand_back(now_us, &self.parameters.active().app, orders);
-        }
-        self.modes.ended_by(ModeReason::Aborted);
-    }
-
-    /// Carries out what the limits of safety decide.
-    #[inline(never)]
-    fn apply_safety(&mut self, now_us: u64, orders: &mut Orders) {
-        let Self { safety, parameters, clock, links, inputs, estimator, steering, fence, modes, .. } = self;
-        let settings = &parameters.active().app;
-        let degraded = modes.is_degraded();
-        let decision =
-            safety.step(now_us, &Observed { settings, clock, links, inputs, estimator, steering, fence, degraded });
-        if decision == Decision::Idle {
-            return modes.returned();
-        }
-        estimator.set_depth_drift(safety.depth_drift_sigma_m());
-        let Decision::End { reason, action, home } = decision else { return };
-        match (action, home) {
-            (Action::Return, Some(home)) if steering.return_to(home, estimator.output()) => {
-                safety.new_leg();
-                return modes.returns_by(reason);
-            }
-            (Action::StopAndRise | Action::Return, _) => steering.hand_back(now_us, settings, orders),
-            (Action::Hold, _) => steering.hold(),
-            (Action::HandBack, _) => steering.lapse(now_us, settings, orders),
-        }
-        modes.ended_by(reason);
+        let Self { parameters, clock, links, inputs, estimator, steering, fence, last_resort, modes, .. } = self;
+        let (settings, degraded) = (&parameters.active().app, modes.is_degraded());
+        Observed { settings, clock, links, inputs, estimator, steering, fence, last_resort, degraded }
     }
 
     /// The filter's time at `now_us`.
@@ -433,7 +409,8 @@ impl Backseat {
             report(out, &FromBoard::Fault(fault));
         }
         if let Some(statement) = self.consequences.told.take() {
-            report(out, &FromBoard::Naming(telemetry::naming(&statement, self.consequences.decision())));
+            let (decision, question) = (self.consequences.decision(), self.separation.question());
+            report(out, &FromBoard::Naming(telemetry::naming(&statement, decision, question)));
         }
         self.report_estimates(now_us, out);
     }
@@ -463,6 +440,7 @@ impl Backseat {
             latest_step_us: self.state.late.latest_us,
             hardware: self.drivers.hardware,
             refused_requests: self.host.refused,
+            fittings: self.last_resort.report(&self.parameters.active().app.fittings),
         }
     }
 

@@ -16,6 +16,7 @@
 //! | `adaptation` | the adaptive identifier, the fault monitor |
 //! | `steering`, `command`, `wiggle` | missions, commands to the frontseat, hand-back; the fins on the bench |
 //! | `modes` | mode and reason from facts; when a mission has to end |
+//! | `last_resort`, [`fitted`] | drop weight, abort line, leak detector, supply: what follows; their pins |
 //! | `safety` | limits that end a mission though navigation is valid; what follows, as a decision |
 //! | `requests`, `host`, `mission`, `telemetry` | requests and their answers; mission transfer; records of each step |
 //! | [`parameters`] | the declared list, transactions |
@@ -37,11 +38,13 @@ mod command;
 mod consequences;
 mod drivers;
 mod estimator;
+pub mod fitted;
 mod geodesy;
 mod health;
 mod held;
 mod host;
 pub mod inputs;
+mod last_resort;
 mod late;
 mod learning;
 pub mod links;
@@ -55,6 +58,7 @@ mod recorded;
 mod requests;
 mod ring;
 mod safety;
+mod separation;
 mod steering;
 mod step_watch;
 mod storage;

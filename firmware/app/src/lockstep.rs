@@ -5,7 +5,7 @@
 //! app, in as many pieces as they come (the app's decoders do not see where pieces end).
 
 use crate::App;
-use backseat_wire::hostlink::{Port, Step, StepDone};
+use backseat_wire::hostlink::{FittingReadings, Port, Step, StepDone};
 
 /// The lock-step clock.
 #[derive(Debug)]
@@ -68,6 +68,9 @@ impl Lockstep {
             self.taken = 0;
         }
         deliver_edges(app, &step.pps_us, &mut self.edges, step.time_us);
+        if step.fittings != FittingReadings::default() {
+            app.fittings(step.fittings);
+        }
         app.step(step.time_us);
         let sent = Port::DEVICES.map(|port| u16::try_from(app.waiting(port)).unwrap_or(u16::MAX));
         self.done = Some(StepDone { time_us: step.time_us, sent, digest: app.digest() });

@@ -91,6 +91,7 @@ impl App {
             }
             Response::Safe => backseat.modes.barred(restart.cause == ResetCause::Watchdog),
         }
+        backseat.last_resort.abort();
         backseat.steering.release();
     }
 

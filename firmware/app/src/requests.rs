@@ -85,9 +85,11 @@ pub fn answer(backseat: &mut Backseat, request: &ToBoard<'_>, trusted: bool, out
         ToBoard::FinWiggle => outcome(wiggle(backseat)),
         ToBoard::MissionStop => {
             backseat.steering.stop();
+            backseat.last_resort.calm();
             backseat.modes.stopped();
             FromBoard::Done
         }
+        ToBoard::DropWeight { release } => outcome(drop_weight(backseat, release)),
         // answered when the board has written them
         ToBoard::ParameterStore => match store(backseat) {
             Ok(()) => return,
@@ -220,6 +222,19 @@ fn wiggle(backseat: &mut Backseat) -> Result<(), Refusal> {
     Ok(())
 }
 
+/// Releases the weight, or lets its output rest again.
+fn drop_weight(backseat: &mut Backseat, release: bool) -> Result<(), Refusal> {
+    if !backseat.parameters.active().app.fittings.drop_weight.is_fitted() {
+        return Err(Refusal::NotReady);
+    }
+    if !release {
+        at_rest(backseat)?;
+    }
+    backseat.last_resort.command(release);
+    backseat.drivers.news = true;
+    Ok(())
+}
+
 /// Arms the stored mission: it begins with the first step at which navigation is valid.
 fn start(backseat: &mut Backseat) -> Result<(), Refusal> {
     if backseat.steering.under_way() {
@@ -237,6 +252,7 @@ fn start(backseat: &mut Backseat) -> Result<(), Refusal> {
     }
     backseat.links.frontseat.forget_refusal();
     backseat.modes.started();
+    backseat.last_resort.calm();
     backseat.steering.arm(backseat.now_us());
     Ok(())
 }

@@ -9,7 +9,8 @@ use crate::parameters::{AppSettings, ControlMode};
 use crate::time::micros;
 use crate::wiggle::Wiggle;
 use backseat_core::control::mission::{Mission, MissionStatus, Waypoint};
-use backseat_core::control::{ControlConfig, ControlError, Controller};
+use backseat_core::control::trackline::Segment;
+use backseat_core::control::{Aside, ControlConfig, ControlError, Controller};
 use backseat_core::dynamics::{ActuatorInput, VehicleModel};
 use backseat_core::state::VehicleState;
 use backseat_wire::iver::ServoBytes;
@@ -149,6 +150,17 @@ impl Steering {
             MissionStatus::Leg(leg) => Some(leg),
             MissionStatus::Idle | MissionStatus::Finished => None,
         }
+    }
+
+    /// Leg of the mission, and its line, where the law of control can depart from it.
+    pub fn line(&self) -> Option<(u16, Segment)> {
+        let leg = self.leg().filter(|_| self.controller.can_go_aside())?;
+        Some((leg, *self.controller.segment()?))
+    }
+
+    /// Departs from the leg, or follows it again.
+    pub fn set_aside(&mut self, aside: Option<Aside>) {
+        self.controller.set_aside(aside);
     }
 
     /// A mission is being flown.

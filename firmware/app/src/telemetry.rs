@@ -6,7 +6,7 @@ use backseat_core::navigation::naming::Statement;
 use backseat_core::navigation::{FusionOutcome, FusionRecord, Navigator, ShipReport};
 use backseat_core::state::{VEHICLE_STATES, X, Y};
 use backseat_wire::hostlink::{
-    Decision, Estimate, Estimates, FusionTelemetry, Mode, ModeReason, NamedCause, Naming, Ship, Telemetry,
+    Decision, Estimate, Estimates, FusionTelemetry, Mode, ModeReason, NamedCause, Naming, Question, Ship, Telemetry,
 };
 
 /// The record of a step.
@@ -65,7 +65,7 @@ pub fn estimates(time_us: u64, navigator: &Navigator, dives: u16) -> Option<Esti
 }
 
 /// What is stated of what has changed.
-pub fn naming(statement: &Statement, decision: Option<Decision>) -> Naming {
+pub fn naming(statement: &Statement, decision: Option<Decision>, question: Option<Question>) -> Naming {
     let mut named = heapless::Vec::new();
     for own in statement.named.iter().flatten() {
         // there are no more than it has room for
@@ -78,7 +78,7 @@ pub fn naming(statement: &Statement, decision: Option<Decision>) -> Naming {
             probability: own.probability as f32,
         });
     }
-    Naming { time_us: statement.time_us, unexplained: statement.unexplained, named, decision }
+    Naming { time_us: statement.time_us, unexplained: statement.unexplained, named, decision, question }
 }
 
 /// The ship as a packet reports it.
@@ -98,6 +98,7 @@ pub fn fusion(record: &FusionRecord) -> FusionTelemetry {
             FusionOutcome::Invalid => 2,
             FusionOutcome::StaleClone => 3,
             FusionOutcome::PositionUncertain => 4,
+            FusionOutcome::Redundant => 5,
         },
         time_us: record.time_us,
         innovation: record.innovation,

@@ -13,6 +13,7 @@ use crate::parameters::AppSettings;
 use crate::time::UtcClock;
 use backseat_core::navigation::naming::Statement;
 use backseat_core::state::{PSI, U, V, W, X, Y, Z};
+use backseat_wire::ellipse::Ellipse;
 use backseat_wire::modem::{Addresses, Cycle, Data, DataRequest, Payload, ToModem};
 use backseat_wire::named::{NONE_OF_THESE, Named};
 use backseat_wire::vehicle_state::{AUTHENTIC_LENGTH, VehicleState};
@@ -133,13 +134,17 @@ impl Uplink {
         let frame = LocalFrame::new(settings.origin_lat_deg, settings.origin_lon_deg);
         let (latitude, longitude) = frame.to_geodetic(position_m);
         let root = |index: usize| libm::sqrt(navigator.variance(index));
+        let (position_sigma_m, ellipse) =
+            Ellipse::of([estimator.stated_variance(X), navigator.covariance(X, Y), estimator.stated_variance(Y)]);
         Some(VehicleState {
             source: settings.modem_address,
             transmit_s,
             position_deg: [latitude, longitude],
             velocity_mps,
             depth_m: (x[Z] + arm[2]).max(0.0),
-            position_sigma_m: root(X).max(root(Y)),
+            position_sigma_m,
+            ellipse,
+            leans: navigator.leans(),
             velocity_sigma_mps: root(U).max(root(V)),
             heading_rad: x[PSI] - libm::floor(x[PSI] / TAU) * TAU,
             level_m: estimator.level().map_or([None; 2], |level| [level.horizontal_m, level.vertical_m].map(bounded)),

@@ -7,7 +7,7 @@
 //! sees: handed to an app that starts from [`LogRecord::Start`] and [`LogRecord::Parameters`], they
 //! give the same digests again.
 
-use crate::hostlink::{ImageId, Oscillator, Port, Restart};
+use crate::hostlink::{FittingReadings, ImageId, Oscillator, Port, Restart};
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
@@ -79,6 +79,13 @@ pub enum LogRecord<'a> {
         /// Which.
         oscillator: Oscillator,
     },
+    /// What last-resort hardware reads from here on; where none is fitted, nothing.
+    Fittings {
+        /// From when on.
+        time_us: u64,
+        /// What.
+        readings: FittingReadings,
+    },
 }
 
 #[cfg(test)]
@@ -102,6 +109,10 @@ mod tests {
             LogRecord::Step { time_us: 300_000, digest: 0x0123_4567_89AB_CDEF },
             LogRecord::Lost { records: 3 },
             LogRecord::Oscillator { time_us: 400_000, oscillator: Oscillator::Internal },
+            LogRecord::Fittings {
+                time_us: 500_000,
+                readings: FittingReadings { leak: Some(true), supply_v: Some(22.5), ..Default::default() },
+            },
         ];
         let mut log = StdVec::new();
         for record in &records {

@@ -24,6 +24,7 @@ pub mod boardlog;
 pub mod calendar;
 pub mod decimal;
 pub mod dvl;
+pub mod ellipse;
 mod error;
 mod framer;
 pub mod gps;

@@ -5,19 +5,19 @@
 //!
 //! | offset | type | meaning |
 //! |---|---|---|
-//! | 0 | u8 | version, 7; with an authentication code 8 |
+//! | 0 | u8 | version, 9; with an authentication code 10 |
 //! | 1 | u8 | source, the vehicle's modem address |
 //! | 2 | u32 | transmit second: UTC seconds since 1970 at which the packet leaves |
 //! | 6 | i32 | latitude, 1e-7 degree |
 //! | 10 | i32 | longitude, 1e-7 degree |
-//! | 14 | u40 | bits 0 to 10 and 11 to 21: velocity over ground north and east, cm/s, two's complement; bits 22 to 34: depth, 0.1 m; bits 35 to 39: velocity accuracy (one sigma per axis), 0.01 m/s · 2^(n/4), rounded up; 31: 2.15 m/s or more |
-//! | 19 | u8 | position accuracy (one sigma per axis): 0.1 m · 2^(n/16), rounded up; 255: 6.3 km or more |
+//! | 14 | u40 | bits 0 to 10 and 11 to 21: velocity over ground north and east, cm/s, two's complement; bits 22 to 33: depth, 0.1 m; bit 34: the position leans on other vehicles; bits 35 to 39: velocity accuracy (one sigma per axis), 0.01 m/s · 2^(n/4), rounded up; 31: 2.15 m/s or more |
+//! | 19 | u8 | position accuracy (one sigma along the longer half axis of the error ellipse): 0.1 m · 2^(n/16), rounded up; 255: 6.3 km or more |
 //! | 20 | u8 | horizontal protection level, as the accuracy; 255: none, or more |
 //! | 21 | u8 | true heading, 1/256 of a turn |
 //! | 22 | u8 | bits 0 to 2: mode as in the host link; bits 3 to 6: protection level in depth, 0.5 m · 2^(n/2), rounded up, 15: none, or more; bit 7: clock and pulse of the vehicle's modem are good, so that the travel time is a range |
-//! | 23 | u24 | what the board names: [`Named`] |
+//! | 23 | u24 | what the board names: [`Named`]; while it names nothing, bits 5 to 18 the error ellipse: [`Ellipse`] |
 //! | 26 | u16 | CRC-16/IBM-3740 over bytes 0 to 25 |
-//! | 28 | u32 | version 8 only: authentication code over bytes 0 to 27 |
+//! | 28 | u32 | version 10 only: authentication code over bytes 0 to 27 |
 //!
 //! Position and velocity are those of the transducer at the transmit second, which is also what tells one packet from
 //! another. Steps of accuracy and level are 4.4 %, of the velocity's accuracy 19 %, of the level in depth 41 %: what is
@@ -27,7 +27,7 @@ use crate::framer::at;
 use crate::nmea::within;
 use crate::packet::{CODE, Framing, Key, degrees, seal, whole_degrees};
 use crate::write::Writer;
-use crate::{Error, named::Named};
+use crate::{Error, ellipse::Ellipse, named::Named};
 use core::f64::consts::{LN_2, TAU};
 
 /// Bytes of the payload.
@@ -35,9 +35,9 @@ pub const LENGTH: usize = 28;
 /// Bytes of the payload with its authentication code.
 pub const AUTHENTIC_LENGTH: usize = LENGTH + CODE;
 /// Version without an authentication code.
-pub const VERSION: u8 = 7;
+pub const VERSION: u8 = 9;
 /// Version with one.
-pub const AUTHENTIC_VERSION: u8 = 8;
+pub const AUTHENTIC_VERSION: u8 = 10;
 
 const FRAMING: Framing<LENGTH> = Framing { versions: [VERSION, AUTHENTIC_VERSION] };
 const SYNCHRONOUS: u8 = 1 << 7;
@@ -60,7 +60,13 @@ const SPEED: Steps = Steps { least: 0.01, octave: 4.0, last: 31 };
 const VELOCITY: u32 = 11;
 const VELOCITY_MPS: f64 = 10.23;
 /// Bits of the depth.
-const DEPTH: u32 = 13;
+const DEPTH: u32 = 12;
+/// Place of the bit that says whether the position leans on other vehicles.
+const LEANS: u32 = 2 * VELOCITY + DEPTH;
+/// Bits of the cause that is named.
+const QUIET: u32 = 5;
+/// Bits behind which nothing is written while nothing is named.
+const QUIET_BITS: u32 = 19;
 
 impl Steps {
     fn value(&self, step: u8) -> f64 {
@@ -98,8 +104,12 @@ pub struct VehicleState {
     pub velocity_mps: [f64; 2],
     /// Depth of the transducer, m.
     pub depth_m: f64,
-    /// One sigma of the position per axis, m.
+    /// One sigma of the position along the longer half axis of its error ellipse, m.
     pub position_sigma_m: f64,
+    /// Shape of that ellipse; a circle while something is named.
+    pub ellipse: Ellipse,
+    /// Since its last fix the vehicle has used another one's range.
+    pub leans: bool,
     /// One sigma of the velocity per axis, m/s.
     pub velocity_sigma_mps: f64,
     /// True heading, rad, [0, 2 pi).
@@ -116,6 +126,12 @@ pub struct VehicleState {
 }
 
 impl VehicleState {
+    /// Whether a frame says that it is one.
+    #[must_use]
+    pub fn is_announced(frame: &[u8]) -> bool {
+        frame.first().is_some_and(|version| FRAMING.versions.contains(version))
+    }
+
     /// Reads a frame as [`Self::parse`] does, if the key is not set or its authentication code is right.
     ///
     /// # Errors
@@ -141,7 +157,15 @@ impl VehicleState {
         let field = |from: u32, count: u32| bits >> from & ((1 << count) - 1);
         // the sign is the field's top bit
         let velocity = |from| (field(from, VELOCITY) << (64 - VELOCITY)).cast_signed() >> (64 - VELOCITY);
-        let velocity_sigma = field(2 * VELOCITY + DEPTH, 5) as u8;
+        let named: [u8; 3] = at(payload, 23)?;
+        let [first, second, third] = named;
+        let is_quiet = Named::read(named).cause == 0;
+        let quiet = u32::from_le_bytes([first, second, third, 0]);
+        // what nothing is written to
+        if is_quiet && quiet >> QUIET_BITS != 0 {
+            return Err(Error::OutOfRange);
+        }
+        let velocity_sigma = field(LEANS + 1, 5) as u8;
         Ok(Self {
             source,
             transmit_s: u32::from_le_bytes(at(payload, 2)?),
@@ -154,8 +178,16 @@ impl VehicleState {
             level_m: [HORIZONTAL.level(level), VERTICAL.level((mode & !SYNCHRONOUS) / MODES)],
             mode: mode % MODES,
             synchronous: mode & SYNCHRONOUS != 0,
-            named: Named::read(at(payload, 23)?),
+            ellipse: if is_quiet { Ellipse::read((quiet >> QUIET) as u16) } else { Ellipse::CIRCLE },
+            leans: field(LEANS, 1) != 0,
+            named: if is_quiet { Named::NOTHING } else { Named::read(named) },
         })
+    }
+
+    /// Variance of the position north, covariance, variance east, m².
+    #[must_use]
+    pub fn position_covariance_m2(&self) -> [f64; 3] {
+        self.ellipse.covariance_m2(self.position_sigma_m)
     }
 
     /// The payload, rounded to its resolution, with an authentication code if the key is set; accuracies are rounded up
@@ -192,7 +224,8 @@ impl VehicleState {
         let bits = velocity(north)?
             | velocity(east)? << VELOCITY
             | depth << (2 * VELOCITY)
-            | velocity_sigma << (2 * VELOCITY + DEPTH);
+            | u64::from(self.leans) << LEANS
+            | velocity_sigma << (LEANS + 1);
         writer.bytes(bits.to_le_bytes().first_chunk::<5>().ok_or(Error::Length)?)?;
         let [level, depth_level] = self.level_m;
         writer.byte(HORIZONTAL.step(self.position_sigma_m)?)?;
@@ -202,7 +235,12 @@ impl VehicleState {
         let mode = if self.mode < MODES { self.mode } else { return Err(Error::OutOfRange) };
         let depth_level = VERTICAL.step_of_level(depth_level)? * MODES;
         writer.byte(mode | depth_level | if self.synchronous { SYNCHRONOUS } else { 0 })?;
-        writer.bytes(&self.named.bytes()?)?;
+        if self.named.cause == 0 {
+            let [a, b, c, _] = (u32::from(self.ellipse.bits()) << QUIET).to_le_bytes();
+            writer.bytes(&[a, b, c])?;
+        } else {
+            writer.bytes(&self.named.bytes()?)?;
+        }
         seal(&mut writer)
     }
 }
@@ -219,6 +257,8 @@ mod tests {
         velocity_mps: [1.0, -0.25],
         depth_m: 3.0,
         position_sigma_m: 0.31,
+        ellipse: Ellipse::CIRCLE,
+        leans: true,
         velocity_sigma_mps: 0.02,
         heading_rad: TAU / 4.0,
         level_m: [Some(25.0), Some(1.2)],
@@ -233,12 +273,12 @@ mod tests {
         let mut buffer = [0; AUTHENTIC_LENGTH];
         let bytes = STATE.emit(&Key::NONE, &mut buffer).unwrap();
         let mut expected: [u8; LENGTH] = [0; LENGTH];
-        // 100 | (-25 mod 2048) << 11 | 30 << 22 | 4 << 35: 0.01 · 2^(4/4) = 0.02
-        let motion = 100_u64 | 2023 << 11 | 30 << 22 | 4 << 35;
+        // 100 | (-25 mod 2048) << 11 | 30 << 22 | leans << 34 | 4 << 35: 0.01 · 2^(4/4) = 0.02
+        let motion = 100_u64 | 2023 << 11 | 30 << 22 | 1 << 34 | 4 << 35;
         // 2 | 18 << 5 | 1 << 11 | (-9 mod 64) << 12
         let named = 2_u32 | 18 << 5 | 1 << 11 | 55 << 12;
         let parts: [&[u8]; 9] = [
-            &[7, 2],
+            &[9, 2],
             &1_748_952_060_u32.to_le_bytes(),
             &415_000_000_i32.to_le_bytes(),
             &(-707_000_000_i32).to_le_bytes(),
@@ -267,6 +307,28 @@ mod tests {
             bytes,
             "what was read stays where it was"
         );
+    }
+
+    /// The shape stands from bit 5 on; a cause that is named takes its place.
+    #[test]
+    fn val_the_ellipse_stands_where_nothing_is_named() {
+        let ellipse = Ellipse::read(5 | 256 << 5);
+        let state = VehicleState { named: Named::NOTHING, ellipse, leans: false, ..STATE };
+        let mut buffer = [0; AUTHENTIC_LENGTH];
+        let bytes = state.emit(&Key::NONE, &mut buffer).unwrap();
+        assert_eq!(bytes[23..26], (5_u32 << 5 | 256 << 10).to_le_bytes()[..3]);
+        let read = VehicleState::parse(bytes).unwrap();
+        assert_eq!((read.named, read.ellipse, read.leans), (Named::NOTHING, ellipse, false));
+        let leaning = VehicleState { leans: true, ..state };
+        let leaning = leaning.emit(&Key::NONE, &mut buffer).unwrap();
+        assert_eq!((leaning[18] & 4, VehicleState::parse(leaning).unwrap().leans), (4, true));
+        // east, 2^(-5/6) = 0.561
+        let [north, cross, east] = read.position_covariance_m2();
+        let sigma = read.position_sigma_m;
+        assert!((north / (sigma * sigma) - 0.315).abs() < 1e-3 && cross.abs() < 1e-9 && east == sigma * sigma);
+        let named = VehicleState { ellipse, ..STATE };
+        let read = VehicleState::parse(named.emit(&Key::NONE, &mut buffer).unwrap()).unwrap();
+        assert_eq!((read.named, read.ellipse), (STATE.named, Ellipse::CIRCLE));
     }
 
     #[test]

@@ -85,6 +85,20 @@ pub enum FaultKind {
     Frontseat(FrontseatFault),
     /// The board under test.
     Board(BoardFault),
+    /// The vehicle, as last-resort hardware reads it.
+    Fitting(FittingFault),
+}
+
+/// What last-resort hardware reads. The water itself is the effect `flooding`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum FittingFault {
+    /// The detector is wet.
+    Leak,
+    /// The supply falls.
+    SupplyDip {
+        /// To so much, V.
+        supply_v: f64,
+    },
 }
 
 /// Which way of a line.

@@ -1,7 +1,8 @@
 //! `[[fault]]`: a name, when it acts, and its numbers.
 
 use super::{
-    BoardFault, Damage, Direction, Fault, FaultKind, FrontseatFault, ModeName, PacketFault, SensorFault, Wander,
+    BoardFault, Damage, Direction, Fault, FaultKind, FittingFault, FrontseatFault, ModeName, PacketFault, SensorFault,
+    Wander,
 };
 use crate::quantity;
 use FaultKind::{Board, Frontseat, Packet, Sensor};
@@ -57,6 +58,8 @@ enum Name {
     Reset,
     BoardClock,
     FlashCorrupted,
+    Leak,
+    SupplyDip,
 }
 
 #[derive(Clone, Copy, Debug, Deserialize)]
@@ -136,6 +139,7 @@ written! {
     cause: ResetCauseName;
     down_s: f64, "quantity::delay";
     copies: u8;
+    supply_v: f64, "quantity::non_negative";
 }
 
 /// Takes the value of a key that the fault cannot do without.
@@ -259,6 +263,8 @@ impl Written {
                 copies @ 1..=2 => Board(BoardFault::Flash { copies }),
                 other => return Err(format!("copies: {other} is not 1 or 2")),
             },
+            Name::Leak => FaultKind::Fitting(FittingFault::Leak),
+            Name::SupplyDip => FaultKind::Fitting(FittingFault::SupplyDip { supply_v: need!(self.supply_v) }),
             name => return Err(format!("{name:?} is no such fault")),
         })
     }

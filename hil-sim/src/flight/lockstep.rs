@@ -9,7 +9,7 @@ use crate::ship_end::{Craft, ShipEnd};
 use crate::truth::VehicleTruth;
 use crate::world::World;
 use backseat_link::{Client, FusionRecord, Ports, StepOutput};
-use backseat_wire::hostlink::{Port, Telemetry};
+use backseat_wire::hostlink::{Fittings, Port, Telemetry};
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
@@ -32,6 +32,8 @@ pub struct Watched<'a> {
     pub to_frontseat: &'a [u8],
     /// It was reset in this step.
     pub reset: bool,
+    /// How its last-resort hardware stands, as it has last told.
+    pub fittings: &'a Fittings,
 }
 
 /// Flies a scenario to the end of its mission, of its time, or until `stop`.
@@ -115,6 +117,8 @@ struct Aloft<'a, P> {
     recorder: Recorder,
     end_us: u64,
     under_way: bool,
+    /// As the board has last told.
+    fittings: Fittings,
 }
 
 impl<'a, P: Ports> Aloft<'a, P> {
@@ -129,12 +133,15 @@ impl<'a, P: Ports> Aloft<'a, P> {
         folder: Option<&Path>,
     ) -> Result<Self, FlightError> {
         let recorder = Recorder::new(scenario, folder)?;
+        let settings = &scenario.settings;
+        client.set_fittings(settings.fittings.read(0, &settings.faults, &Fittings::default()));
         client.step(0, &[], &[])?;
         client.start_mission()?;
         let (mut world, mut devices) = (World::new(scenario), Devices::new(scenario));
         join(scenario, &mut world, &mut devices, ship);
         let (board, end_us) = (Board::new(&scenario.settings.faults), (scenario.settings.duration_s * 1e6) as u64);
-        Ok(Self { scenario, client, world, devices, board, recorder, end_us, under_way: false })
+        let fittings = Fittings::default();
+        Ok(Self { scenario, client, world, devices, board, recorder, end_us, under_way: false, fittings })
     }
 
     fn moved(&mut self) -> Moved<'_> {
@@ -149,23 +156,28 @@ impl<'a, P: Ports> Aloft<'a, P> {
         mut ship: Option<&mut ShipEnd>,
         watch: impl FnOnce(Watched<'_>),
     ) -> Result<(), FlightError> {
-        let Self { scenario, client, world, devices, board, recorder, end_us, under_way } = self;
+        let Self { scenario, client, world, devices, board, recorder, end_us, under_way, fittings } = self;
         let edge = now_us.is_multiple_of(SECOND_US);
         let reset = board.reset(now_us);
         if let Some(reset) = reset {
             client.reset(reset)?;
         }
+        client.set_fittings(scenario.settings.fittings.read(now_us, &scenario.settings.faults, fittings));
         let output = step(client, devices, board, now_us, edge)?;
         // the ship's program has worked beside the board
         if let Some(ship) = &mut ship {
             ship.settle()?;
+        }
+        if let Some(told) = output.as_ref().and_then(|output| output.fittings) {
+            *fittings = told;
+            world.drop_weight(told.released.map_or(0.0, |_| scenario.settings.fittings.drop_weight_kg));
         }
         let truth = world.truth();
         let (telemetry, fusions, to_frontseat) = output.as_ref().map_or((None, &[][..], &[][..]), |output| {
             (output.telemetry.as_ref(), &output.fusions[..], &output.sent[Port::Frontseat as usize][..])
         });
         let reset = reset.is_some();
-        watch(Watched { time_us: now_us, truth: &truth, telemetry, fusions, to_frontseat, reset });
+        watch(Watched { time_us: now_us, truth: &truth, telemetry, fusions, to_frontseat, reset, fittings });
         let Some(output) = output else { return Ok(()) };
         recorder.flight.digest = output.digest;
         recorder.flight.fusions.extend(output.fusions);
@@ -212,7 +224,7 @@ fn landed<P>(aloft: Aloft<'_, P>, now_us: u64, begun: Instant) -> Result<FlightL
 }
 
 /// Several vehicles about one ship, each with a board of its own, until all have ended: each hears the others. Their
-/// scenarios are those of [`Scenario::companion`] and its first.
+/// scenarios are a first one and its [`Scenario::companions`].
 ///
 /// # Errors
 /// As [`fly`].

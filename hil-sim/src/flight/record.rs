@@ -100,7 +100,7 @@ impl Recorder {
         let both_ways = [(Exchange::TwoWay, Column::TwoWayRange), (Exchange::Uplink, Column::UplinkRange)];
         let both_ways = both_ways
             .into_iter()
-            .filter(|(exchange, _)| slots.iter().any(|slot| slot.exchange == *exchange && !slot.companion));
+            .filter(|(exchange, _)| slots.iter().any(|slot| slot.exchange == *exchange && slot.companion.is_none()));
         let columns: Vec<Column> =
             Column::STANDARD.iter().copied().chain(both_ways.map(|(_, column)| column)).collect();
         let files = folder

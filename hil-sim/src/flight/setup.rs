@@ -41,7 +41,7 @@ pub fn board_parameters(scenario: &Scenario) -> Vec<(String, f64)> {
         ControlLaw::LqrOnReference => 2.0,
     };
     let helm = backseat.control_mode == ControlMode::Oms;
-    let app: [(&str, f64); 17] = [
+    let app: [(&str, f64); 18] = [
         ("app.origin_lat_deg", environment.origin_latitude_deg),
         ("app.origin_lon_deg", environment.origin_longitude_deg),
         ("app.declination_rad", environment.magnetic_declination_rad),
@@ -55,6 +55,7 @@ pub fn board_parameters(scenario: &Scenario) -> Vec<(String, f64)> {
         ("app.receiver_bias_m", backseat.receiver_bias_m),
         ("app.alert_horizontal_m", settings.alert.horizontal_m),
         ("app.alert_depth_m", settings.alert.depth_m),
+        ("app.separate", settings.separate.parameter()),
         ("app.current_state", f64::from(u8::from(backseat.current_state))),
         ("app.control_law", control_law),
         ("app.control_mode", f64::from(u8::from(helm))),
@@ -62,6 +63,7 @@ pub fn board_parameters(scenario: &Scenario) -> Vec<(String, f64)> {
         ("app.status_rate_hz", if helm { 10.0 } else { 1.0 }),
     ];
     values.extend(app.map(|(name, value)| (name.to_owned(), value)));
+    values.extend(settings.fittings.parameters());
     // what the vehicle file says of its board, after what is usual
     values.extend(scenario.vehicle.app.iter().cloned());
     values.extend(cycle(scenario).map(|(name, value)| (name.to_owned(), value)));
@@ -74,13 +76,14 @@ fn cycle(scenario: &Scenario) -> impl Iterator<Item = (&'static str, f64)> {
     let period_s = acoustics.period_s.get();
     let first_s = scenario.settings.environment.start_unix_s.wrapping_add(acoustics.first_s);
     let at = |exchange: Exchange| {
-        let slot = acoustics.slots.iter().find(|slot| slot.exchange == exchange && !slot.companion)?;
+        let slot = acoustics.slots.iter().find(|slot| slot.exchange == exchange && slot.companion.is_none())?;
         Some(f64::from(first_s.wrapping_add(slot.offset_s) % period_s))
     };
     let address = (acoustics.address != DEFAULT.modem_address).then_some(acoustics.address);
     let address = address.map(|address| ("app.modem_address", f64::from(address)));
     let (uplink, ping) = (at(Exchange::Uplink), at(Exchange::TwoWay));
     let period = uplink.or(ping).map(|_| ("app.cycle_period_s", f64::from(period_s)));
+    let peers = scenario.settings.backseat.peers.then_some(("app.use_peers", 1.0));
     let slots = [uplink.map(|at_s| ("app.uplink_at_s", at_s)), ping.map(|at_s| ("app.ping_at_s", at_s))];
-    period.into_iter().chain(slots.into_iter().flatten()).chain(address)
+    period.into_iter().chain(slots.into_iter().flatten()).chain(address).chain(peers)
 }

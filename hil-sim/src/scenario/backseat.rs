@@ -16,6 +16,8 @@ settings! {
         dvl: bool = false,
         /// The app may fuse acoustic range rates.
         range_rate: bool = true,
+        /// The app may fuse ranges to other vehicles.
+        peers: bool = false,
         /// The app may fuse body rates.
         rates: bool = true,
         /// Which law steers.

@@ -1,13 +1,15 @@
 //! Reading scenarios from files and from the built-in ones.
 
 use super::{Scenario, Settings, SurveyLine};
+use crate::faults::{Fault, FaultKind};
+use crate::fittings::FittedParts;
 use backseat_logs::{DataError, VehicleFile};
 use backseat_wire::hostlink::Waypoint;
 use serde::de::DeserializeOwned;
 use std::path::Path;
 
 /// The built-in scenarios by name; they fly the built-in reference vehicle.
-const BUILT_IN: [(&str, &str); 7] = [
+const BUILT_IN: [(&str, &str); 8] = [
     ("survey", include_str!("../../scenarios/survey.toml")),
     ("survey_current", include_str!("../../scenarios/survey_current.toml")),
     ("survey_pd", include_str!("../../scenarios/survey_pd.toml")),
@@ -15,6 +17,7 @@ const BUILT_IN: [(&str, &str); 7] = [
     ("identification", include_str!("../../scenarios/identification.toml")),
     ("sea_trial", include_str!("../../scenarios/sea_trial.toml")),
     ("two_vehicles", include_str!("../../scenarios/two_vehicles.toml")),
+    ("team", include_str!("../../scenarios/team.toml")),
 ];
 
 impl Scenario {
@@ -34,8 +37,8 @@ impl Scenario {
         Ok(Self { settings, vehicle: VehicleFile::read(&vehicle_path)? })
     }
 
-    /// A built-in scenario: `survey` (the default mission), `survey_current`, `survey_pd`, `survey_oms`, `identification`,
-    /// `sea_trial` or `two_vehicles`.
+    /// A built-in scenario: `survey` (the default mission), `survey_current`, `survey_pd`, `survey_oms`,
+    /// `identification`, `sea_trial`, `two_vehicles` or `team`.
     ///
     /// # Errors
     /// If there is no built-in scenario of that name.
@@ -63,7 +66,12 @@ impl Settings {
     /// # Errors
     /// The first key that is unknown, missing, of the wrong type or out of its range.
     pub fn parse(text: &str, path: &Path) -> Result<Self, DataError> {
-        from_toml(text, path)
+        let settings: Self = from_toml(text, path)?;
+        let is_of_fittings = |fault: &Fault| matches!(fault.kind, FaultKind::Fitting(_));
+        if settings.fittings == FittedParts::default() && settings.faults.iter().any(is_of_fittings) {
+            return Err(DataError::file(path, "fault: last-resort hardware that is read wrong, and no [fittings]"));
+        }
+        Ok(settings)
     }
 
     /// The waypoints for the backseat, in order.

@@ -67,6 +67,33 @@ settings! {
     }
 }
 
+/// `separate`: whether a manoeuvre may tell two causes apart that the board cannot.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+pub enum Separate {
+    /// None is flown.
+    #[default]
+    #[serde(rename = "never")]
+    Never,
+    /// One that stays on the line.
+    #[serde(rename = "on legs")]
+    OnLegs,
+    /// One that leaves it by up to 10 m as well.
+    #[serde(rename = "free")]
+    Free,
+}
+
+impl Separate {
+    /// All of them, in the order of the board's parameter.
+    pub const ALL: [(Self, &'static str); 3] =
+        [(Self::Never, "never"), (Self::OnLegs, "on legs"), (Self::Free, "free")];
+
+    /// The board's parameter `app.separate`.
+    #[must_use]
+    pub fn parameter(self) -> f64 {
+        f64::from(self as u8)
+    }
+}
+
 /// One waypoint as it is written.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]

@@ -19,11 +19,12 @@ pub use effects::{Effect, Effects, Physics, Request};
 pub use installation::Installation;
 pub use limits::{End, Limits};
 pub use load::from_toml;
-pub use mission::{Alert, Fence, Lawnmower, Mission, MissionWaypoint, SurveyLine};
+pub use mission::{Alert, Fence, Lawnmower, Mission, MissionWaypoint, Separate, SurveyLine};
 pub use sections::{Acoustics, Companion, Current, Environment, Exchange, Plant, Ship, ShipTrack, Slot, Start};
 pub use sensors::{Ahrs, Depth, Dvl, Gnss, Sensors, ShipGnss};
 
 use crate::faults::Fault;
+use crate::fittings::FittedParts;
 use crate::noise::NoiseKind;
 use crate::quantity;
 use backseat_logs::VehicleFile;
@@ -59,6 +60,9 @@ pub struct Settings {
     pub start: Start,
     /// What to fly.
     pub mission: Mission,
+    /// Whether a manoeuvre may tell two causes apart.
+    #[serde(default)]
+    pub separate: Separate,
     /// The polygon that it must not leave.
     #[serde(default)]
     pub fence: Fence,
@@ -68,6 +72,9 @@ pub struct Settings {
     /// The backseat under test.
     #[serde(default)]
     pub backseat: Backseat,
+    /// Last-resort hardware.
+    #[serde(default)]
+    pub fittings: FittedParts,
     /// Water, place and date.
     #[serde(default)]
     pub environment: Environment,
@@ -77,9 +84,9 @@ pub struct Settings {
     /// TDMA cycle and acoustic channel.
     #[serde(default)]
     pub acoustics: Acoustics,
-    /// A second vehicle; it flies with topside on the ship only.
-    #[serde(default)]
-    pub companion: Option<Companion>,
+    /// Further vehicles; they fly with topside on the ship only.
+    #[serde(default, rename = "companion")]
+    pub companions: Vec<Companion>,
     /// Sensors.
     #[serde(default)]
     pub sensors: Sensors,

@@ -146,12 +146,12 @@ pub struct Slot {
     pub offset_s: u32,
     /// What happens.
     pub exchange: Exchange,
-    /// With the companion, rather than with the vehicle.
+    /// Modem address of the companion that it is with, rather than with the vehicle.
     #[serde(default)]
-    pub companion: bool,
+    pub companion: Option<u8>,
 }
 
-/// `[companion]`: a second vehicle that flies the same mission beside the first, in slots of its own.
+/// `[[companion]]`: a further vehicle that flies the same mission beside the first, in slots of its own.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Companion {
@@ -170,7 +170,7 @@ settings! {
         /// Length of the cycle, whole seconds.
         period_s: std::num::NonZeroU32 = const { std::num::NonZeroU32::new(30).unwrap() },
         /// Slots of the cycle.
-        slots: Vec<Slot> = vec![Slot { offset_s: 0, exchange: Exchange::Downlink, companion: false }],
+        slots: Vec<Slot> = vec![Slot { offset_s: 0, exchange: Exchange::Downlink, companion: None }],
         /// Time from the first to the last byte of a packet on the air, s.
         packet_duration_s: f64 as "quantity::delay" = 3.6,
         /// Share of packets that are lost.
@@ -192,6 +192,8 @@ settings! {
         key: Key as "quantity::key" = Key::NONE,
         /// Modem address of the vehicle.
         address: u8 = 2,
+        /// By so much the vehicle's uplinks misstate its place, north and east, m.
+        misstated_m: [f64; 2] as "quantity::coordinate" = [0.0; 2],
         /// Whether `sim run` has topside on the ship unless its options say otherwise.
         topside: bool = true,
     }

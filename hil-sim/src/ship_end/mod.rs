@@ -59,9 +59,8 @@ pub fn config(scenario: &Scenario) -> Result<Config, ConfigError> {
     let (acoustics, environment) = (&settings.acoustics, &settings.environment);
     let period_s = acoustics.period_s.get();
     let first_s = environment.start_unix_s.wrapping_add(acoustics.first_s);
-    let companion = settings.companion.map(|companion| companion.address);
     let slot = |slot: &scenario::Slot| {
-        let vehicle = companion.filter(|_| slot.companion).unwrap_or(acoustics.address);
+        let vehicle = slot.companion.unwrap_or(acoustics.address);
         let exchange = match slot.exchange {
             Exchange::Downlink => slots::Exchange::Downlink,
             Exchange::Uplink => slots::Exchange::Uplink { vehicle },
@@ -70,6 +69,7 @@ pub fn config(scenario: &Scenario) -> Result<Config, ConfigError> {
         };
         slots::Slot { offset_s: first_s.wrapping_add(slot.offset_s) % period_s, exchange }
     };
+    let companions = settings.companions.iter().map(|companion| companion.address);
     let slots: Vec<slots::Slot> = acoustics.slots.iter().map(slot).collect();
     let airtime = Airtime {
         packet_s: acoustics.packet_duration_s,
@@ -81,7 +81,7 @@ pub fn config(scenario: &Scenario) -> Result<Config, ConfigError> {
         origin_deg: Some([environment.origin_latitude_deg, environment.origin_longitude_deg]),
         address: SHIP,
         key: acoustics.key,
-        vehicles: std::iter::once(acoustics.address).chain(companion).collect(),
+        vehicles: std::iter::once(acoustics.address).chain(companions).collect(),
         slots: SlotTable::new(period_s, &slots, airtime)?,
         transducer_depth_m: settings.ship.transducer_depth_m,
         ship_acceleration_mps2_per_sqrt_hz: settings.ship.estimator_mps2_per_sqrt_hz,
@@ -306,16 +306,21 @@ impl ShipEnd {
 
     /// The ship hears a vehicle, and so do the other vehicles.
     fn vehicle_sends(&mut self, launch: &Launch, sender: usize, crafts: &mut [Craft<'_>]) {
+        let sound = match &launch.sound {
+            Sound::Data(addresses, frame) => Sound::Data(*addresses, crafts[sender].world.misstated(frame, self.frame)),
+            other => other.clone(),
+        };
+        let source = crafts[sender].world.source();
         for listener in (0..crafts.len()).filter(|listener| *listener != sender) {
-            let arrival_us = launch.time_us + crafts[sender].world.flight_to_us(crafts[listener].world);
-            let Some(modem) = crafts[listener].devices.micro_modem() else { continue };
-            match &launch.sound {
-                Sound::Cycle(cycle) => modem.hear_cycle(arrival_us, *cycle),
+            let Craft { world, devices, .. } = &mut crafts[listener];
+            let (Some(modem), Some(heard)) = (devices.micro_modem(), world.hear_vehicle(&source)) else { continue };
+            match &sound {
+                Sound::Cycle(cycle) => modem.hear_cycle(heard.arrival_us, *cycle),
                 Sound::Data(addresses, frame) => modem.hear_data(&Heard {
-                    arrival_us,
-                    toa_us: arrival_us,
-                    end_us: arrival_us + self.packet_us,
-                    range_rate_mps: 0.0,
+                    arrival_us: heard.arrival_us,
+                    toa_us: heard.toa_us,
+                    end_us: heard.arrival_us + self.packet_us,
+                    range_rate_mps: heard.range_rate_mps,
                     addresses: *addresses,
                     frame: frame.clone(),
                 }),
@@ -325,7 +330,7 @@ impl ShipEnd {
         }
         let world = &mut *crafts[sender].world;
         let arrival_us = launch.time_us + world.flight_us();
-        match &launch.sound {
+        match &sound {
             Sound::Cycle(cycle) => self.modem.hear_cycle(arrival_us, *cycle),
             Sound::Data(addresses, frame) => {
                 world.transmit(Exchange::Uplink, ShipReport::NONE);

@@ -55,35 +55,42 @@ pub struct Faults {
     pub drag: Step,
     /// Thrust.
     pub thrust: Step,
+    /// A weight that was dropped, kg in water.
+    pub dropped_kg: f64,
 }
 
 impl Default for Faults {
     fn default() -> Self {
-        Self { flooding: Flooding::NONE, fins: [Step::NONE; 4], drag: Step::NONE, thrust: Step::NONE }
+        Self { flooding: Flooding::NONE, fins: [Step::NONE; 4], drag: Step::NONE, thrust: Step::NONE, dropped_kg: 0.0 }
     }
 }
 
 impl Faults {
+    /// Water inside less the weight that was dropped, kg.
+    fn gained_kg(&self, time_s: f64) -> f64 {
+        self.flooding.kg_at(time_s) - self.dropped_kg
+    }
+
     /// Numbers that are the same as long as the vehicle is.
     pub(super) fn key(&self, time_s: f64) -> [f64; 7] {
         let [top, bottom, port, starboard] = self.fins.map(|fin| fin.at(time_s));
-        [self.flooding.kg_at(time_s), top, bottom, port, starboard, self.drag.at(time_s), self.thrust.at(time_s)]
+        [self.gained_kg(time_s), top, bottom, port, starboard, self.drag.at(time_s), self.thrust.at(time_s)]
     }
 
     /// The vehicle as it is at a time.
     ///
     /// Water adds its mass to the three masses and its moment about the centre of gravity to the restoring one; the
     /// centre of gravity that moments are taken about and the inertias stay where they were, which a kilogram in 38
-    /// allows.
+    /// allows. A weight that is dropped hung at the centre of gravity.
     #[must_use]
     pub fn applied(&self, parameters: &Parameters, time_s: f64) -> Parameters {
         let mut p = *parameters;
-        let kg = self.flooding.kg_at(time_s);
+        let kg = self.gained_kg(time_s);
         p.mass_kg += kg;
         for mass in &mut p.inertia[..3] {
             *mass += kg;
         }
-        p.cb_to_cg_m[0] += kg * self.flooding.x_m / p.displaced_mass_kg;
+        p.cb_to_cg_m[0] += self.flooding.kg_at(time_s) * self.flooding.x_m / p.displaced_mass_kg;
         for (fin, step) in p.fins.iter_mut().zip(&self.fins) {
             fin.area_m2 *= step.at(time_s);
         }

@@ -113,6 +113,11 @@ impl Vehicle {
         &self.actuators
     }
 
+    /// Drops a weight of so much in water, kg.
+    pub fn drop_weight(&mut self, kg: f64) {
+        self.undeclared.faults.dropped_kg = kg;
+    }
+
     /// One step: the actuators move, then hold; the disturbance is drawn, then holds.
     pub fn step(&mut self, targets: &Actuators, water: &Water) {
         let time_s = self.steps as f64 * self.step_s;

@@ -106,7 +106,7 @@ fn flies_elsewhere(step: usize, _: &[Vec<u8>]) -> Vec<Vec<u8>> {
 /// Moves the clock that the board takes its time from.
 fn sets_the_clock(step: usize, _: &[Vec<u8>]) -> Vec<Vec<u8>> {
     let time_us = (BEGINS + step + 300) as u64 * 100_000;
-    let ahead = Step { time_us, pps_us: Default::default(), chunks: Default::default() };
+    let ahead = Step { time_us, pps_us: Default::default(), chunks: Default::default(), fittings: Default::default() };
     if step == 10 { frames(&[ToBoard::Step(ahead)]) } else { Vec::new() }
 }
 

@@ -220,17 +220,18 @@ fn a_jump_of_the_ships_receiver_is_stated_in_the_packets() {
     }
 }
 
-/// Two vehicles 60 m apart hear the ship and each other; topside tracks each as itself, and no board takes the other's
-/// uplink for the ship.
+/// Two vehicles 60 m apart hear the ship and each other; topside tracks each as itself, no board takes the other's
+/// uplink for the ship, and each weighs it as that of another vehicle.
 #[test]
 fn two_vehicles_keep_their_slots_and_their_tracks() {
     let mut scenario = Scenario::built_in("two_vehicles").unwrap();
     scenario.settings.duration_s = 720.0;
-    let second = scenario.companion().unwrap();
+    scenario.settings.backseat.peers = true;
+    let [second] = &scenario.companions()[..] else { panic!("one companion") };
     let mut ship = ShipEnd::with_topside(&scenario).unwrap();
     let mut clients = [Client::new(InProcess::new()), Client::new(InProcess::new())];
     let [first_client, second_client] = &mut clients;
-    let mut fleet = [(&scenario, first_client, None), (&second, second_client, None)];
+    let mut fleet = [(&scenario, first_client, None), (second, second_client, None)];
     let flights = fly_fleet(&mut fleet, &mut ship, &AtomicBool::new(false), |_| {}).unwrap();
     let topside = ship.program().topside().unwrap();
     assert_eq!(topside.tracks().iter().map(|track| track.vehicle).collect::<Vec<_>>(), [2, 3]);
@@ -246,6 +247,10 @@ fn two_vehicles_keep_their_slots_and_their_tracks() {
         // one uplink in each of 18 cycles but for the first; three downlinks and a ping in each
         assert!(used >= 14 && refused <= 2, "{used} {refused}");
         assert!(ranges(flight) >= 56, "{}", ranges(flight));
+        // one uplink of the other in each cycle, of which none is a contradiction
+        let peers: Vec<_> = flight.fusions.iter().filter(|fusion| fusion.sensor == Sensor::Peer).collect();
+        assert!((14..=18).contains(&peers.len()), "{}", peers.len());
+        assert!(peers.iter().all(|peer| peer.innovation.powi(2) < 9.0 * peer.variance), "{peers:?}");
         // taken for the other one it would be 60 m off
         assert!(error[0] < 5.0 && own[0] < 2.0, "{error:?} {own:?}");
     }

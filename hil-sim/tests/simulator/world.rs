@@ -197,8 +197,8 @@ fn val_range_noise_and_loss() {
 fn val_uplink_and_two_way_paths() {
     let mut scenario = noiseless();
     scenario.settings.acoustics.slots = vec![
-        Slot { offset_s: 0, exchange: Exchange::Uplink, companion: false },
-        Slot { offset_s: 10, exchange: Exchange::TwoWay, companion: false },
+        Slot { offset_s: 0, exchange: Exchange::Uplink, companion: None },
+        Slot { offset_s: 10, exchange: Exchange::TwoWay, companion: None },
     ];
     let (all, truth, _) = flown(&scenario, 120);
     let (mut uplinks, mut pings) = (0, 0);

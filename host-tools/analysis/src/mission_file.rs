@@ -1,8 +1,8 @@
-//! The mission file: `[mission]`, `[fence]` and `[alert]` of a simulator's scenario, or of a file of its own.
+//! The mission file: `[mission]`, `[fence]`, `[alert]` and `separate` of a simulator's scenario, or of a file of its own.
 
 use backseat_logs::DataError;
 use backseat_wire::hostlink::Waypoint;
-use hil_sim::scenario::{Alert, Fence, Mission, from_toml};
+use hil_sim::scenario::{Alert, Fence, Mission, Separate, from_toml};
 use serde::Deserialize;
 use std::fmt::Write as _;
 use std::path::Path;
@@ -14,10 +14,11 @@ struct MissionFile {
     #[serde(default)]
     fence: Fence,
     alert: Option<Alert>,
+    separate: Option<Separate>,
 }
 
 /// A mission as a board stores it.
-#[derive(Debug, PartialEq)]
+#[derive(Debug, Default, PartialEq)]
 pub struct StoredMission {
     /// Its legs.
     pub waypoints: Vec<Waypoint>,
@@ -25,6 +26,8 @@ pub struct StoredMission {
     pub fence_m: Vec<[f64; 2]>,
     /// Alert limits of the protection level, horizontally and in depth, m; `None`: those of the board stay.
     pub alerts_m: Option<[f64; 2]>,
+    /// Whether a manoeuvre may tell two causes apart; `None`: what the board has stays.
+    pub separate: Option<Separate>,
 }
 
 /// The waypoints of a mission file, and its fence.
@@ -47,14 +50,18 @@ pub fn parse(text: &str, path: &Path) -> Result<StoredMission, DataError> {
         return Err(DataError::file(path, "mission.waypoints: a mission needs at least one"));
     }
     let alerts_m = file.alert.map(|Alert { horizontal_m, depth_m }| [horizontal_m, depth_m]);
-    Ok(StoredMission { waypoints, fence_m: file.fence.corners_m, alerts_m })
+    Ok(StoredMission { waypoints, fence_m: file.fence.corners_m, alerts_m, separate: file.separate })
 }
 
 /// The text of a mission file; without corners it has no fence.
-pub fn text_of(waypoints: &[Waypoint], fence_m: &[[f64; 2]], alerts_m: Option<[f64; 2]>) -> String {
+pub fn text_of(stored: &StoredMission) -> String {
+    let StoredMission { waypoints, fence_m, alerts_m, separate } = stored;
     let mut text = String::from(
         "# Mission: waypoints in the local frame (x north, y east); depth and speed are those of the leg that ends there.\n",
     );
+    if let Some((_, word)) = Separate::ALL.iter().find(|(own, _)| Some(*own) == *separate) {
+        let _ = write!(text, "\nseparate = \"{word}\"\n");
+    }
     for Waypoint { x_m, y_m, depth_m, speed_mps } in waypoints {
         let _ = write!(
             text,
@@ -80,8 +87,11 @@ mod tests {
             .map(|(x_m, y_m, depth_m, speed_mps)| Waypoint { x_m, y_m, depth_m, speed_mps });
         for fence_m in [vec![], vec![[0.0, -1e5], [1.0 / 3.0, 0.0], [5.0, 5.0]]] {
             for alerts_m in [None, Some([25.0, 2.5])] {
-                let read = parse(&text_of(&waypoints, &fence_m, alerts_m), Path::new("m.toml")).unwrap();
-                assert_eq!(read, StoredMission { waypoints: waypoints.to_vec(), fence_m: fence_m.clone(), alerts_m });
+                for separate in [None, Some(Separate::Never), Some(Separate::OnLegs), Some(Separate::Free)] {
+                    let waypoints = waypoints.to_vec();
+                    let stored = StoredMission { waypoints, fence_m: fence_m.clone(), alerts_m, separate };
+                    assert_eq!(parse(&text_of(&stored), Path::new("m.toml")).unwrap(), stored);
+                }
             }
         }
     }
@@ -95,7 +105,8 @@ mod tests {
 
     #[test]
     fn errors_say_where() {
-        let good = text_of(&[Waypoint { x_m: 1.0, y_m: 2.0, depth_m: 3.0, speed_mps: 1.0 }], &[], None);
+        let waypoints = vec![Waypoint { x_m: 1.0, y_m: 2.0, depth_m: 3.0, speed_mps: 1.0 }];
+        let good = text_of(&StoredMission { waypoints, ..StoredMission::default() });
         let cases = [
             (String::new(), "m.toml", "missing field `mission`"),
             ("[mission]\n".to_owned(), "m.toml:1:1:", "mission"),
@@ -111,6 +122,7 @@ mod tests {
             (good.clone() + "[fence]\ncorners = []\n", "m.toml:9:1:", "corners"),
             (good.clone() + "[fence]\ncorners_m = [[1.0, nan]]\n", "m.toml:9:", "outside"),
             (good.clone() + "[alert]\nhorizontal_m = -1.0\n", "m.toml:9:", "horizontal_m"),
+            ("separate = \"always\"\n".to_owned() + &good, "m.toml:1:12:", "always"),
             (good.clone() + "[alert]\nacross_m = 1.0\n", "m.toml:9:", "across_m"),
         ];
         for (text, place, message) in cases {

@@ -25,7 +25,7 @@ const NAMES: [(Kind, &[&str]); 5] = [
     (Kind::Mapping, &["time", "columns", "quaternion", "constants", "separator", "missing"]),
     (Kind::Topside, &["ports", "cycle", "modem"]),
     (Kind::Scenario, &["duration_s", "seed", "start", "ship", "environment", "acoustics", "plant"]),
-    (Kind::Mission, &["mission", "fence"]),
+    (Kind::Mission, &["mission", "fence", "separate"]),
     (Kind::Vehicle, &["app", "effects"]),
 ];
 

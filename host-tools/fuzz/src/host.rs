@@ -50,6 +50,7 @@ impl Act {
                     time_us: if at_zero { 0 } else { time_us },
                     pps_us: heapless::Vec::new(),
                     chunks: heapless::Vec::new(),
+                    fittings: Default::default(),
                 };
                 if bytes != 0 {
                     let port = Port::DEVICES[usize::from(port) % Port::DEVICES.len()];

@@ -26,6 +26,7 @@ mod sampled_lqr;
 mod servo_counts;
 mod single_logs;
 mod store;
+mod team;
 mod twins;
 pub mod vessel;
 mod wrap;
@@ -106,6 +107,10 @@ enum LabCommand {
     #[command(after_help = "Example:
   cargo lab alone --runs 20 --store runs.jsonl --out docs/results/five_hours_alone.md")]
     Alone(alone::Args),
+    /// Four vehicles that hear each other, and a ship that leaves after twenty minutes
+    #[command(after_help = "Example:
+  cargo lab team --runs 20 --first-seed 700001 --store runs.jsonl --out docs/results/team.md")]
+    Team(team::Args),
     /// Gains and feed-forward that follow the filter's parameters, against fixed ones
     #[command(after_help = "Example:
   cargo lab adaptive-control --runs 5 --out docs/results/adaptive_control.md")]
@@ -181,6 +186,7 @@ impl Lab {
         match &self.command {
             LabCommand::Reproduce(arguments) => reproduce::run(arguments),
             LabCommand::Alone(arguments) => alone::run(arguments),
+            LabCommand::Team(arguments) => team::run(arguments),
             LabCommand::Navigation(arguments) => navigation::run(arguments),
             LabCommand::AdaptiveControl(arguments) => adaptive_control::run(arguments),
             LabCommand::Geometry(arguments) => geometry::run(arguments),

@@ -2,13 +2,13 @@
 
 use crate::Arrival;
 use crate::Reset;
+use crate::output::{FusionRecord, StepOutput};
 use crate::tape::Tape;
 use crate::{BackseatError, Ports};
-use backseat_core::navigation::Sensor;
 use backseat_logs::session::{Event, Writer};
 use backseat_wire::hostlink::{
-    Chunk, Decoder, FromBoard, FusionTelemetry, Identification, MAX_FRAME, MAX_MESSAGE, Naming, Port, Refusal, Signed,
-    Step, StepDone, Telemetry, ToBoard, Waypoint, encode,
+    Chunk, Decoder, FittingReadings, FromBoard, MAX_FRAME, MAX_MESSAGE, Port, Refusal, Signed, Step, StepDone, ToBoard,
+    Waypoint, encode,
 };
 use backseat_wire::ship_state::Key;
 use std::thread::sleep;
@@ -16,50 +16,6 @@ use std::time::{Duration, Instant};
 
 /// Nothing is under way on a line that has been silent this long: 190 bytes at 19,200 baud.
 const QUIET: Duration = Duration::from_millis(100);
-
-/// One scalar fusion of the board.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct FusionRecord {
-    /// Which sensor.
-    pub sensor: Sensor,
-    /// Board time, µs.
-    pub time_us: u64,
-    /// Component.
-    pub axis: u8,
-    /// It was used.
-    pub fused: bool,
-    /// Innovation, sensor's unit.
-    pub innovation: f64,
-    /// Its variance.
-    pub variance: f64,
-}
-
-impl FusionRecord {
-    /// As the host link carries it; `None` for a sensor that is not known here.
-    #[must_use]
-    pub fn of(telemetry: &FusionTelemetry) -> Option<Self> {
-        let FusionTelemetry { sensor, axis, outcome, time_us, innovation, variance } = *telemetry;
-        let sensor = *Sensor::ALL.get(usize::from(sensor))?;
-        Some(Self { sensor, time_us, axis, fused: outcome == 0, innovation, variance })
-    }
-}
-
-/// What the board did in one step.
-#[derive(Clone, Debug)]
-pub struct StepOutput {
-    /// Bytes it sent to each device port ([`Port::DEVICES`] order).
-    pub sent: [Vec<u8>; 4],
-    /// Its record of the step.
-    pub telemetry: Option<Telemetry>,
-    /// What it fused.
-    pub fusions: Vec<FusionRecord>,
-    /// What it identified, if it reports that.
-    pub identification: Option<Identification>,
-    /// What it names of what has changed, if it reports that.
-    pub naming: Option<Naming>,
-    /// Running digest of filter state and covariance.
-    pub digest: u64,
-}
 
 /// Talks to a backseat over its ports.
 pub struct Client<P> {
@@ -73,13 +29,15 @@ pub struct Client<P> {
     key: Key,
     /// The board's challenge and the counter of the last signed request, once it was asked.
     challenge: Option<(u64, u64)>,
+    /// What simulated last-resort hardware reads.
+    fittings: FittingReadings,
 }
 
 impl<P: Ports> Client<P> {
     /// Over these ports.
     pub fn new(ports: P) -> Self {
-        let (unread, ahead) = Default::default();
-        Self { ports, decoder: Decoder::new(), unread, ahead, tape: Tape::default(), key: Key::NONE, challenge: None }
+        let (unread, ahead, tape, fittings) = Default::default();
+        Self { ports, decoder: Decoder::new(), unread, ahead, tape, key: Key::NONE, challenge: None, fittings }
     }
 
     /// Writes into `session` from here on what passes, the board's parameters first: what is needed to do it again.
@@ -375,6 +333,11 @@ impl<P: Ports> Client<P> {
         Ok(())
     }
 
+    /// From the next lock-step on last-resort hardware reads this.
+    pub fn set_fittings(&mut self, readings: FittingReadings) {
+        self.fittings = readings;
+    }
+
     /// One lock-step: time, PPS edges and what arrived, for what the board sent and found.
     ///
     /// # Errors
@@ -400,7 +363,11 @@ impl<P: Ports> Client<P> {
         arrivals: &[(Port, Arrival)],
     ) -> Result<(), BackseatError> {
         self.tape.write_inputs(time_us, pps_us, arrivals)?;
-        let mut step = Step { time_us, pps_us: Default::default(), chunks: Default::default() };
+        let fittings = self.fittings;
+        if fittings != FittingReadings::default() {
+            self.tape.write(Event::Fittings(fittings))?;
+        }
+        let mut step = Step { time_us, pps_us: Default::default(), chunks: Default::default(), fittings };
         for edge_us in pps_us {
             step.pps_us
                 .push(*edge_us)
@@ -423,6 +390,7 @@ impl<P: Ports> Client<P> {
         let mut fusions = Vec::new();
         let mut identification = None;
         let mut naming = None;
+        let mut fittings = None;
         let answer = self.receive(|message| match message {
             FromBoard::StepDone(done) => Some(Ok(done)),
             FromBoard::Refused(refusal @ Refusal::OwnClock) => Some(Err(refusal)),
@@ -440,6 +408,10 @@ impl<P: Ports> Client<P> {
             }
             FromBoard::Naming(record) => {
                 naming = Some(record);
+                None
+            }
+            FromBoard::Health(health) => {
+                fittings = Some(health.fittings);
                 None
             }
             _ => None,
@@ -461,7 +433,7 @@ impl<P: Ports> Client<P> {
             sent[port as usize] = ahead.drain(..usize::from(count)).collect();
         }
         self.tape.write_outputs(digest, &sent)?;
-        Ok(StepOutput { sent, telemetry, fusions, identification, naming, digest })
+        Ok(StepOutput { sent, telemetry, fusions, identification, naming, fittings, digest })
     }
 
     /// Forgets what the device ports carried before the board restarted, while it ran on its own

@@ -12,6 +12,7 @@ pub mod board;
 mod client;
 pub mod image;
 pub mod named;
+mod output;
 mod port_name;
 mod process;
 mod pty;
@@ -19,7 +20,8 @@ mod serial;
 mod tap;
 mod tape;
 
-pub use client::{Client, FusionRecord, StepOutput};
+pub use client::Client;
+pub use output::{FusionRecord, StepOutput};
 pub use process::Process;
 pub use pty::Pty;
 pub use serial::Serial;

@@ -1,9 +1,10 @@
 //! What a board names of what has changed, in words and as JSON: by its telemetry, and by its acoustic uplink.
 
+use backseat_core::control::Manoeuvre;
 use backseat_core::effects::FIN_NAMES;
 use backseat_core::navigation::naming::Cause;
 use backseat_logs::stats::Z_95;
-use backseat_wire::hostlink::{Decision, DecisionReason, NamedCause, Naming, UsedFor};
+use backseat_wire::hostlink::{Decision, DecisionReason, NamedCause, Naming, Question, UsedFor};
 use backseat_wire::named::{MOST_STEPS, NONE_OF_THESE, Named};
 use serde_json::{Map, Value, json};
 
@@ -17,12 +18,13 @@ pub fn cause_name(cause: Cause) -> String {
     format!("{}{fin}", cause.name())
 }
 
-/// A record names other causes than the one before it, or tells another decision.
+/// A record names other causes than the one before it, or tells another decision, manoeuvre or what came of it.
 #[must_use]
 pub fn is_new(before: Option<&Naming>, now: &Naming) -> bool {
     let causes = |naming: &Naming| {
         let causes = naming.named.iter().map(|named| named.cause).collect::<Vec<_>>();
-        (naming.unexplained, causes, naming.decision.map(|decision| decision.time_us))
+        let asked = naming.question.map(|question| (question.time_us, question.after.is_some()));
+        (naming.unexplained, causes, naming.decision.map(|decision| decision.time_us), asked)
     };
     before.is_none_or(|before| causes(before) != causes(now))
 }
@@ -32,6 +34,8 @@ pub fn is_new(before: Option<&Naming>, now: &Naming) -> bool {
 pub fn sentence(naming: &Naming) -> (bool, String) {
     let causes = naming.named.iter().filter_map(named).collect::<Vec<_>>().join("; beside it ");
     let decision = naming.decision.as_ref().map(|decision| format!("; {}", decided(decision))).unwrap_or_default();
+    let asked = naming.question.as_ref().map(|question| format!("; {}", asked(question))).unwrap_or_default();
+    let decision = format!("{decision}{asked}");
     let causes = format!("{causes}{decision}");
     match (naming.unexplained, naming.named.is_empty()) {
         (true, true) => (true, "something has changed; none of the known causes explains it".to_owned()),
@@ -67,6 +71,20 @@ pub fn decided(decision: &Decision) -> String {
         DecisionReason::Restarted => "the filter has started again".to_owned(),
     };
     format!("{cause} {used} from {at_s:.0} s on: {reason}")
+}
+
+/// A manoeuvre that tells two causes apart, and what came of it.
+#[must_use]
+pub fn asked(question: &Question) -> String {
+    let [one, two] = question.causes.map(|cause| Cause::from_number(cause).map(cause_name).unwrap_or_default());
+    let manoeuvre = Manoeuvre::from_number(question.manoeuvre).map(Manoeuvre::name).unwrap_or_default();
+    let (at_s, before) = (question.time_us as f64 * 1e-6, question.before);
+    let after = question.after.map(|after| format!(", after it {after:.1}")).unwrap_or_default();
+    format!(
+        "{manoeuvre} at {at_s:.0} s asks whether it is {one} or {two}: ln of their odds {before:.1}{after}, expected to \
+         move by {:.1}",
+        question.expected
+    )
 }
 
 /// Its numbers with their intervals of 95 %.
@@ -117,7 +135,18 @@ pub fn object(naming: &Naming) -> Value {
             "log_likelihood_gain": decision.gain,
         })
     });
-    json!({ "named": named.collect::<Vec<_>>(), "unexplained": naming.unexplained, "decision": decision })
+    let question = naming.question.map(|question| {
+        json!({
+            "time_s": question.time_us as f64 * 1e-6,
+            "causes": question.causes.map(|cause| Cause::from_number(cause).map(cause_name)),
+            "manoeuvre": Manoeuvre::from_number(question.manoeuvre).map(Manoeuvre::name),
+            "expected_gain": question.expected,
+            "log_odds_before": question.before,
+            "log_odds_after": question.after,
+        })
+    });
+    let named = named.collect::<Vec<_>>();
+    json!({ "named": named, "unexplained": naming.unexplained, "decision": decision, "question": question })
 }
 
 /// What an uplink names.
@@ -212,6 +241,13 @@ mod tests {
         assert!(is_new(Some(&naming), &used));
         let expected = format!("{expected}; fin_lost bottom used by the filter from 1000 s on: it is sure");
         assert_eq!(sentence(&used).1, expected);
+        let question =
+            Question { causes: [2, 6], manoeuvre: 2, expected: 8.0, before: 0.5, after: None, ..Question::default() };
+        let asking = Naming { question: Some(question), ..naming.clone() };
+        let over = Naming { question: Some(Question { after: Some(6.25), ..question }), ..naming.clone() };
+        assert!(is_new(Some(&naming), &asking) && is_new(Some(&asking), &over) && !is_new(Some(&over), &over));
+        let expected = "a doublet of the rudder at 0 s asks whether it is fin_lost bottom or fin_stuck bottom: ln of their odds 0.5, after it 6.2, expected to move by 8.0";
+        assert!(sentence(&over).1.ends_with(expected), "{}", sentence(&over).1);
         let told_by = Named {
             cause: record.cause,
             rival: record.rival,

@@ -31,7 +31,7 @@ pub enum Verdict {
 }
 
 impl Verdict {
-    const fn of(passed: bool) -> Self {
+    pub const fn of(passed: bool) -> Self {
         if passed { Self::Pass } else { Self::Fail }
     }
 
@@ -444,6 +444,7 @@ mod tests {
             latest_step_us: 0,
             hardware: None,
             refused_requests: 0,
+            fittings: Default::default(),
             oscillator: Oscillator::Crystal,
             log: BoardLog::NONE,
         };

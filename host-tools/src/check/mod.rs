@@ -1,5 +1,6 @@
 //! `backseat check`: the board on the bench, looked at over its host port.
 
+mod fittings;
 mod hil;
 mod judge;
 mod launch;
@@ -22,7 +23,7 @@ Example:
 ok: passed. FAIL: failed; the exit code is then 1. note: for you to judge. A sensor that the parameters do not use may be
 missing. --wiggle moves each fin to both sides, one second a fin, with the propeller commanded to stop; it is refused
 while a mission runs. Switch the propeller's supply off or keep clear of the blades all the same. Watch that the top,
-bottom, port and starboard fin move in this order, each to its positive side first.
+bottom, port and starboard fin move in this order, each to its positive side first. --drop-weight really releases it.
 --hil checks a board without devices: join TX and RX of each device port behind its transceiver, and give the PPS input
 1 Hz. It commands the fins, stores the parameters in use, and asks for the reset button.";
 
@@ -40,6 +41,9 @@ pub struct Args {
     /// Move the fins as well, with the propeller stopped
     #[arg(long, conflicts_with = "hil")]
     wiggle: bool,
+    /// Release the drop weight for two seconds as well
+    #[arg(long, conflicts_with = "hil")]
+    drop_weight: bool,
     /// Check a board without devices, TX and RX of each device port joined
     #[arg(long)]
     hil: bool,
@@ -77,9 +81,14 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
 
 fn with_devices(args: &Args) -> anyhow::Result<Vec<CheckLine>> {
     let mut board = args.common.connect()?;
-    let mut lines = judge::lines(&look(&mut board)?);
+    let look = look(&mut board)?;
+    let mut lines = judge::lines(&look);
+    lines.push(fittings::line(&look.counters.1.fittings));
     if args.wiggle {
         lines.push(wiggle(&mut board)?);
+    }
+    if args.drop_weight {
+        lines.push(fittings::drop_weight(&mut board)?);
     }
     Ok(lines)
 }

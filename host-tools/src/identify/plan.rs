@@ -3,7 +3,7 @@
 use super::Args;
 use anyhow::bail;
 use backseat_analysis::identify::plan::report;
-use backseat_analysis::mission_file::text_of;
+use backseat_analysis::mission_file::{StoredMission, text_of};
 use backseat_identify::plan::{self, Limits};
 use backseat_logs::VehicleFile;
 use backseat_logs::output;
@@ -49,7 +49,7 @@ impl Planning {
             .iter()
             .map(|w| Waypoint { x_m: w.x_m, y_m: w.y_m, depth_m: w.depth_m, speed_mps: w.speed_mps })
             .collect();
-        let text = text_of(&waypoints, &[], None);
+        let text = text_of(&StoredMission { waypoints, ..StoredMission::default() });
         output::write(path, args.output.existing(), |file| file.write_all(text.as_bytes()))?;
         args.output.print(&report(&plan, path, 0.5 * self.depth.iter().sum::<f64>()))
     }

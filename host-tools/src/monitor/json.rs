@@ -5,7 +5,7 @@ use backseat_core::effects::parameters;
 use backseat_link::named;
 use backseat_logs::STATE_COLUMNS;
 use backseat_logs::session::EstimatesRow;
-use backseat_wire::hostlink::{FaultReport, Hardware, Port, Telemetry, Visibility};
+use backseat_wire::hostlink::{FaultReport, Fittings, Hardware, Port, Telemetry, Visibility};
 use serde_json::{Map, Value, json};
 
 /// What is known now; of the events, those after the first `seen`. And how many there are.
@@ -146,8 +146,21 @@ fn ports(model: &Model) -> Value {
     ports.insert("oscillator".into(), json!(words::oscillator(health.oscillator)));
     let log = json!({"state": words::log_state(health.log.state), "lost_records": health.log.lost_records});
     ports.insert("board_log".into(), log);
+    ports.insert("last_resort".into(), fittings(&health.fittings));
     ports.insert("hardware".into(), health.hardware.as_ref().map_or(Value::Null, hardware));
     Value::Object(ports)
+}
+
+fn fittings(fittings: &Fittings) -> Value {
+    let [abort_line, drop_weight, leak_detector, supply] = fittings.states.map(words::fitting);
+    json!({
+        "abort_line": abort_line,
+        "drop_weight": drop_weight,
+        "leak_detector": leak_detector,
+        "supply": supply,
+        "supply_v": fittings.supply_v,
+        "released": fittings.released.map(words::release),
+    })
 }
 
 fn hardware(hardware: &Hardware) -> Value {

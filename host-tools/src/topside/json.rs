@@ -69,6 +69,8 @@ fn report(state: &VehicleState) -> Value {
         "velocity_mps": state.velocity_mps,
         "depth_m": state.depth_m,
         "position_sigma_m": state.position_sigma_m,
+        "position_covariance_m2": state.position_covariance_m2(),
+        "leans": state.leans,
         "heading_rad": state.heading_rad,
         "level_horizontal_m": state.level_m[0],
         "level_depth_m": state.level_m[1],

@@ -172,7 +172,12 @@ fn bytes_that_nobody_reads_are_counted_and_reported() {
     assert_eq!(losses, [0, 0, SENT as u32 - KEPT, 0, 0]);
     // and after the next step without being asked
     client
-        .send(&ToBoard::Step(Step { time_us: 100_000, pps_us: Default::default(), chunks: Default::default() }))
+        .send(&ToBoard::Step(Step {
+            time_us: 100_000,
+            pps_us: Default::default(),
+            chunks: Default::default(),
+            fittings: Default::default(),
+        }))
         .unwrap();
     let reported = client.receive(|message| match message {
         FromBoard::Health(health) => Some(health.receive_losses == losses),

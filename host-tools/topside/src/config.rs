@@ -7,7 +7,7 @@ use backseat_wire::ship_state::Key;
 use heapless::Vec;
 
 /// Most vehicles that one ship follows.
-pub const MAX_VEHICLES: usize = 4;
+pub const MAX_VEHICLES: usize = 6;
 /// Largest modem address.
 const MAX_ADDRESS: u8 = 127;
 

@@ -151,8 +151,11 @@ impl Track {
         }
         let z = Vector4::new(position_m[0], position_m[1], state.velocity_mps[0], state.velocity_mps[1]);
         let square = |sigma: f64| sigma.max(LEAST_SIGMA) * sigma.max(LEAST_SIGMA);
-        let (position, velocity) = (square(state.position_sigma_m), square(state.velocity_sigma_mps));
-        let r = Matrix4::from_diagonal(&Vector4::new(position, position, velocity, velocity));
+        let velocity = square(state.velocity_sigma_mps);
+        let least = LEAST_SIGMA * LEAST_SIGMA;
+        let [north, cross, east] = state.position_covariance_m2();
+        let mut r = Matrix4::from_diagonal(&Vector4::new(north.max(least), east.max(least), velocity, velocity));
+        (r[(0, 1)], r[(1, 0)]) = (cross, cross);
         self.filter = Some(match self.predicted(time_us) {
             Some((x, p)) => intersection(&x, &p, &z, &r).unwrap_or((z, r)),
             None => (z, r),
@@ -246,6 +249,7 @@ fn intersection(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use backseat_wire::ellipse::Ellipse;
     use backseat_wire::named::Named;
 
     const STATE: VehicleState = VehicleState {
@@ -255,6 +259,8 @@ mod tests {
         velocity_mps: [1.0, 0.0],
         depth_m: 30.0,
         position_sigma_m: 2.0,
+        ellipse: Ellipse::CIRCLE,
+        leans: true,
         velocity_sigma_mps: 0.1,
         heading_rad: 0.0,
         level_m: [Some(20.0), Some(1.0)],

@@ -348,6 +348,8 @@ fn an_uplink_and_its_range_make_a_track_and_a_ping_renews_it() {
         velocity_mps: [1.0, 0.0],
         depth_m: 30.0,
         position_sigma_m: 5.0,
+        ellipse: backseat_wire::ellipse::Ellipse::CIRCLE,
+        leans: true,
         velocity_sigma_mps: 0.1,
         heading_rad: 0.0,
         level_m: [Some(20.0), Some(1.0)],

@@ -7,6 +7,7 @@ use crate::parameters::{NamingUse, Settings};
 use crate::steering::Steering;
 use backseat_core::dynamics::VehicleModel;
 use backseat_core::navigation::naming::Named;
+use backseat_wire::hostlink::{Mode, ModeReason};
 
 impl Backseat {
     /// What follows from what is named.
@@ -31,6 +32,31 @@ impl Backseat {
                 estimator.judge_use_of(None);
             }
             None => {}
+        }
+    }
+
+    /// Asks the water which of two causes it is, and flies what was asked.
+    #[inline(never)]
+    pub(super) fn separate(&mut self, now_us: u64) {
+        let Self { estimator, consequences, separation, parameters, steering, modes, inputs, .. } = self;
+        let settings = &parameters.active().app;
+        let is_nominal = modes.present() == (Mode::Navigating, ModeReason::Nominal);
+        let line = steering.line().filter(|_| is_nominal && !steering.is_returning());
+        let naming = estimator.naming();
+        if let (Some((leg, segment)), true) = (&line, separation.may_ask(now_us, settings))
+            && let Some(causes) = naming.undecided()
+        {
+            let (filter, x) = (estimator.navigator().nominal(), estimator.output());
+            let input = inputs.actuators().at(now_us);
+            let gain = |manoeuvre| naming.expected_gain(manoeuvre, filter, x, input);
+            separation.ask(now_us, (*leg, segment), x, settings.separate, causes, naming.log_odds(causes), gain);
+        }
+        let flown = separation.step(now_us, line.map(|(leg, _)| leg), |causes| naming.log_odds(causes));
+        steering.set_aside(flown.aside);
+        if flown.is_news
+            && let Some(statement) = naming.statement()
+        {
+            consequences.told.set(statement);
         }
     }
 }

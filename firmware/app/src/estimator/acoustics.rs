@@ -2,7 +2,7 @@
 
 use super::Estimator;
 use crate::inputs::installation::arm_along_path_m;
-use crate::inputs::{AcousticReport, Loss, Packet, PacketProgress, TURNAROUND_S};
+use crate::inputs::{AcousticReport, Loss, Packet, PacketProgress, PeerPacket, TURNAROUND_S};
 use crate::parameters::Settings;
 use crate::time::UtcClock;
 use backseat_core::navigation::{AcousticPath, CloneId, Measurement, NavigationConfig, ShipEnd, VehicleEnd};
@@ -29,12 +29,23 @@ impl Estimator {
                 }
             }
             PacketProgress::Complete(id, packet) => {
-                if let Some(&(_, clone)) = self.clones.iter().find(|(packet, _)| *packet == id) {
+                if let Some(clone) = self.clone_of(id) {
                     self.fuse_packet(clone, &packet, settings);
                 }
                 self.drop_clones();
             }
+            PacketProgress::Peer(id, packet) => {
+                if let Some(clone) = self.clone_of(id) {
+                    self.fuse_peer(clone, &packet, settings);
+                }
+                self.drop_clones();
+            }
         }
+    }
+
+    /// The vehicle when the packet of this number began.
+    fn clone_of(&self, id: u8) -> Option<CloneId> {
+        self.clones.iter().find(|(packet, _)| *packet == id).map(|(_, clone)| *clone)
     }
 
     /// Drops the vehicles of packets that are no longer under way.
@@ -104,6 +115,18 @@ impl Estimator {
         if let Some(range_rate_mps) = packet.range_rate_mps.filter(|_| app.use_range_rate) {
             self.fuse_measurement(&Measurement::RangeRate { path, range_rate_mps });
         }
+    }
+
+    fn fuse_peer(&mut self, clone: CloneId, packet: &PeerPacket, settings: &Settings) {
+        let PeerPacket { bridge_us, range_m, peer } = *packet;
+        let [north_m, east_m, depth_m] = peer.position_m;
+        let arm_m = &settings.app.installation.transducer_arm_m;
+        let arm_m = arm_along_path_m(self.navigator.state(), arm_m, [north_m, east_m], depth_m);
+        let path = AcousticPath {
+            vehicle: VehicleEnd::Delayed { clone, bridge_s: bridge_us as f64 * 1e-6 },
+            ship: ShipEnd::Peer(peer),
+        };
+        self.fuse_measurement(&Measurement::Range { path, range_m: range_m - arm_m });
     }
 
     /// The ship's packets give the depth of its transducer.

@@ -24,8 +24,8 @@ mod queue;
 mod sample;
 
 pub use actuators::ActuatorHistory;
-pub use packets::{HeardShip, Loss, Packet, PacketProgress, Packets, TURNAROUND_S};
-pub use sample::{AcousticReport, SensorSample, Stamp};
+pub use packets::{HeardShip, Loss, Packet, PacketProgress, Packets, PeerPacket, TURNAROUND_S};
+pub use sample::{AcousticReport, HeardVehicle, SensorSample, Stamp};
 
 use backseat_core::dynamics::ActuatorInput;
 use backseat_core::parameters::Installation;

@@ -6,12 +6,12 @@
 //! transmit second − delay of the modem). Packets that are lost, late, repeated, out of order or implausible are
 //! counted by [`Loss`] and have no other effect.
 
-use super::sample::AcousticReport;
+use super::sample::{AcousticReport, HeardVehicle};
 use crate::geodesy::LocalFrame;
 use crate::held::Held;
 use crate::parameters::AppSettings;
 use crate::time::{UtcClock, day_difference_us, micros};
-use backseat_core::navigation::ShipReport;
+use backseat_core::navigation::{PeerReport, ShipReport};
 use backseat_wire::ship_state::ShipState;
 use heapless::Vec;
 
@@ -50,7 +50,7 @@ pub enum Loss {
     TimedOut,
     /// Data or statistics without a start.
     Unannounced,
-    /// The modem reports it as bad, or it holds no ship state.
+    /// The modem reports it as bad, or it holds no state of a ship, nor one of another vehicle that is used.
     Bad,
     /// From another ship.
     Stranger,
@@ -79,12 +79,19 @@ struct Arrival {
     range_rate_mps: Option<f64>,
 }
 
+/// Whose state a packet carries.
+#[derive(Clone, Copy, Debug)]
+enum Sender {
+    Ship(ShipState),
+    Vehicle(HeardVehicle),
+}
+
 #[derive(Clone, Copy, Debug)]
 struct Pending {
     /// Of the packet.
     id: u8,
     start_us: u64,
-    ship: Option<ShipState>,
+    sender: Option<Sender>,
     arrival: Option<Arrival>,
 }
 
@@ -107,6 +114,17 @@ pub struct Packet {
     pub ship_deg: [f64; 2],
     /// Depth of the ship's transducer, m.
     pub transducer_depth_m: f64,
+}
+
+/// A complete packet of another vehicle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PeerPacket {
+    /// Time of arrival less the start, µs.
+    pub bridge_us: i64,
+    /// Distance between the transducers, m.
+    pub range_m: f64,
+    /// Where it says it was.
+    pub peer: PeerReport,
 }
 
 impl HeardShip {
@@ -140,6 +158,8 @@ pub enum PacketProgress {
     Lost,
     /// The one of this number is complete.
     Complete(u8, Packet),
+    /// The one of this number is complete, and another vehicle's.
+    Peer(u8, PeerPacket),
 }
 
 /// The ship as its last packet said, whether that gave a range or not.
@@ -253,14 +273,14 @@ impl Packets {
 
     /// The place of the packet that data without a time are about: the last that lacks them.
     fn last_without_ship(&self) -> usize {
-        self.pending.iter().rposition(|pending| pending.ship.is_none()).unwrap_or(self.pending.len())
+        self.pending.iter().rposition(|pending| pending.sender.is_none()).unwrap_or(self.pending.len())
     }
 
     /// The place of the packet that left at `launch_us`: the first that began after that; without UTC the last.
     fn place_of_launch(&self, launch_us: u64, clock: &UtcClock) -> usize {
         let follows = |pending: &Pending| {
             let start_us = clock.utc_us(pending.start_us);
-            pending.ship.is_none() && start_us.is_some_and(|us| day_difference_us(us, launch_us) >= -CLOCKS_APART_US)
+            pending.sender.is_none() && start_us.is_some_and(|us| day_difference_us(us, launch_us) >= -CLOCKS_APART_US)
         };
         self.pending.iter().position(follows).unwrap_or_else(|| self.last_without_ship())
     }
@@ -292,7 +312,7 @@ impl Packets {
                 self.next_id = self.next_id.wrapping_add(1);
                 let id = self.next_id;
                 // there is room
-                let _ = self.pending.push(Pending { id, start_us: now_us, ship: None, arrival: None });
+                let _ = self.pending.push(Pending { id, start_us: now_us, sender: None, arrival: None });
                 return Ok(PacketProgress::Begins(id));
             }
             // it is the one that began last: its data packet has not begun yet
@@ -305,7 +325,12 @@ impl Packets {
                 let place = self.place_of_launch(u64::from(ship.transmit_s) * 1_000_000, clock);
                 let start_us = self.pending.get(place).map_or(now_us, |pending| pending.start_us);
                 self.hear(&ship, start_us, clock, settings);
-                self.pending.get_mut(place).ok_or((place, Loss::Unannounced))?.ship = Some(ship);
+                self.pending.get_mut(place).ok_or((place, Loss::Unannounced))?.sender = Some(Sender::Ship(ship));
+                place
+            }
+            AcousticReport::Vehicle(vehicle) => {
+                let place = self.place_of_launch(u64::from(vehicle.transmit_s) * 1_000_000, clock);
+                self.pending.get_mut(place).ok_or((place, Loss::Unannounced))?.sender = Some(Sender::Vehicle(vehicle));
                 place
             }
             AcousticReport::Statistics { good, synchronous, arrival, range_rate_mps } => {
@@ -323,13 +348,21 @@ impl Packets {
             // of pings
             AcousticReport::PingSent | AcousticReport::PingReply { .. } => return Ok(PacketProgress::Waiting),
         };
-        let Some(&Pending { id, start_us, ship: Some(ship), arrival: Some(arrival) }) = self.pending.get(place) else {
+        let Some(&Pending { id, start_us, sender: Some(sender), arrival: Some(arrival) }) = self.pending.get(place)
+        else {
             return Ok(PacketProgress::Waiting);
         };
-        let packet = self.evaluate(start_us, &ship, &arrival, clock, settings).map_err(|loss| (place, loss))?;
+        let complete = match sender {
+            Sender::Ship(ship) => self.evaluate(start_us, &ship, &arrival, clock, settings).map(|packet| {
+                self.last_transmit_s = Some(ship.transmit_s);
+                PacketProgress::Complete(id, packet)
+            }),
+            Sender::Vehicle(vehicle) => evaluate_peer(start_us, &vehicle, &arrival, clock, settings)
+                .map(|packet| PacketProgress::Peer(id, packet)),
+        };
+        let complete = complete.map_err(|loss| (place, loss))?;
         self.forget(place);
-        self.last_transmit_s = Some(ship.transmit_s);
-        Ok(PacketProgress::Complete(id, packet))
+        Ok(complete)
     }
 
     /// Keeps where the ship says it is, for ranges that need no common clock.
@@ -338,7 +371,7 @@ impl Packets {
         // a board that does not know the time takes the packet's start: a flight later
         let time_us = launch_us.unwrap_or(start_us);
         let late_us = start_us.saturating_sub(time_us).max(time_us.saturating_sub(start_us));
-        let position_m = local(ship, settings);
+        let position_m = local(ship.position_deg, settings);
         if late_us <= u64::from(REPLAY_S) * 1_000_000 && is_plausible(&position_m, ship) {
             let (report, transducer_depth_m) = (report_of(ship, position_m), ship.transducer_depth_m);
             self.heard.set(HeardShip { time_us, report, transducer_depth_m });
@@ -361,19 +394,9 @@ impl Packets {
         if self.last_transmit_s.is_some_and(|last_s| last_s.wrapping_sub(ship.transmit_s) < REPLAY_S) {
             return Err(Loss::Repeated);
         }
-        if !clock.carries_ranges(start_us) {
-            return Err(Loss::Undisciplined);
-        }
-        let start_utc_us = clock.utc_us(start_us).ok_or(Loss::NoTime)?;
-        let bridge_us = day_difference_us(arrival.toa_us, start_utc_us);
-        if bridge_us.abs() > BRIDGE_MAX_US {
-            return Err(Loss::Arrival);
-        }
-        let flight_us = day_difference_us(arrival.toa_us, u64::from(ship.transmit_s) * 1_000_000);
-        let installation = &settings.installation;
-        let range_m = installation.sound_speed_mps * (flight_us as f64 * 1e-6 - installation.transducer_delay_s);
-        let position_m = local(ship, settings);
-        if !(0.0..=settings.range_max_m).contains(&range_m) || !is_plausible(&position_m, ship) {
+        let Flown { bridge_us, flight_us, range_m } = Flown::new(start_us, ship.transmit_s, arrival, clock, settings)?;
+        let position_m = local(ship.position_deg, settings);
+        if !is_plausible(&position_m, ship) {
             return Err(Loss::Absurd);
         }
         Ok(Packet {
@@ -389,10 +412,65 @@ impl Packets {
     }
 }
 
-/// Where the ship says it is, north and east, m.
-fn local(ship: &ShipState, settings: &AppSettings) -> [f64; 2] {
-    LocalFrame::new(settings.origin_lat_deg, settings.origin_lon_deg)
-        .to_local(ship.position_deg[0], ship.position_deg[1])
+/// How far a packet has come.
+struct Flown {
+    bridge_us: i64,
+    flight_us: i64,
+    range_m: f64,
+}
+
+impl Flown {
+    fn new(
+        start_us: u64,
+        transmit_s: u32,
+        arrival: &Arrival,
+        clock: &UtcClock,
+        settings: &AppSettings,
+    ) -> Result<Self, Loss> {
+        if !clock.carries_ranges(start_us) {
+            return Err(Loss::Undisciplined);
+        }
+        let start_utc_us = clock.utc_us(start_us).ok_or(Loss::NoTime)?;
+        let bridge_us = day_difference_us(arrival.toa_us, start_utc_us);
+        if bridge_us.abs() > BRIDGE_MAX_US {
+            return Err(Loss::Arrival);
+        }
+        let flight_us = day_difference_us(arrival.toa_us, u64::from(transmit_s) * 1_000_000);
+        let installation = &settings.installation;
+        let range_m = installation.sound_speed_mps * (flight_us as f64 * 1e-6 - installation.transducer_delay_s);
+        let is_plausible = (0.0..=settings.range_max_m).contains(&range_m);
+        if is_plausible { Ok(Self { bridge_us, flight_us, range_m }) } else { Err(Loss::Absurd) }
+    }
+}
+
+/// A packet that comes twice has travelled further the second time: the filter's gate is enough.
+fn evaluate_peer(
+    start_us: u64,
+    vehicle: &HeardVehicle,
+    arrival: &Arrival,
+    clock: &UtcClock,
+    settings: &AppSettings,
+) -> Result<PeerPacket, Loss> {
+    if vehicle.source == settings.modem_address || vehicle.source == settings.ship_address {
+        return Err(Loss::Stranger);
+    }
+    if !(arrival.synchronous && vehicle.synchronous) {
+        return Err(Loss::NotSynchronous);
+    }
+    let Flown { bridge_us, range_m, .. } = Flown::new(start_us, vehicle.transmit_s, arrival, clock, settings)?;
+    let [north_m, east_m] = local(vehicle.position_deg, settings);
+    if north_m.abs().max(east_m.abs()) > SHIP_MAX_M {
+        return Err(Loss::Absurd);
+    }
+    let position_m = [north_m, east_m, vehicle.depth_m];
+    let HeardVehicle { source: address, covariance_m2, leans, .. } = *vehicle;
+    let peer = PeerReport { address, position_m, covariance_m2, leans };
+    Ok(PeerPacket { bridge_us, range_m, peer })
+}
+
+/// North and east of a latitude and longitude, degrees, in m.
+fn local([latitude, longitude]: [f64; 2], settings: &AppSettings) -> [f64; 2] {
+    LocalFrame::new(settings.origin_lat_deg, settings.origin_lon_deg).to_local(latitude, longitude)
 }
 
 fn is_plausible(position_m: &[f64; 2], ship: &ShipState) -> bool {

@@ -49,6 +49,25 @@ pub enum SensorSample {
     Acoustic(AcousticReport),
 }
 
+/// What a packet of another vehicle says that is used.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HeardVehicle {
+    /// Its modem address.
+    pub source: u8,
+    /// Time of launch, s since 1970 UTC.
+    pub transmit_s: u32,
+    /// It left on a pulse by a clock that is set.
+    pub synchronous: bool,
+    /// Latitude and longitude, degrees.
+    pub position_deg: [f64; 2],
+    /// Depth of its transducer, m.
+    pub depth_m: f64,
+    /// Variance of the position north, covariance, variance east, m².
+    pub covariance_m2: [f64; 3],
+    /// That position leans on other vehicles.
+    pub leans: bool,
+}
+
 /// Reports of the modem about packets, one sentence each.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum AcousticReport {
@@ -58,6 +77,8 @@ pub enum AcousticReport {
     Cycle,
     /// `$CARXD` with a good ship state.
     Ship(ShipState),
+    /// `$CARXD` with the good state of another vehicle.
+    Vehicle(HeardVehicle),
     /// `$CARXD` with anything else, or `$CAMSG,BAD_CRC`.
     BadData,
     /// `$CACST`.

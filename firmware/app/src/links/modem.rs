@@ -1,13 +1,14 @@
 //! Modem port: packets as they begin and end, clock; and the modem's configuration.
 
 use crate::held::Held;
-use crate::inputs::{AcousticReport, SensorSample, Stamp};
+use crate::inputs::{AcousticReport, HeardVehicle, SensorSample, Stamp};
 use crate::parameters::AppSettings;
 use crate::time::UtcClock;
 use backseat_wire::abort::Abort;
 use backseat_wire::modem::{Configuration, DataRequest, FromModem, PingReply, ReceptionStatistics, Wanted};
 use backseat_wire::nmea::{Checksum, Framer};
 use backseat_wire::ship_state::ShipState;
+use backseat_wire::vehicle_state::VehicleState;
 use backseat_wire::{Counts, Error};
 
 /// Latency of a clock sentence after the second it names, µs.
@@ -81,12 +82,13 @@ impl ModemLink {
                 // the modem repeats what it was told to begin
                 FromModem::Cycle(cycle) if cycle.addresses.source == settings.modem_address => None,
                 FromModem::Cycle(_) => Some(AcousticReport::Cycle),
-                // The ship's state, or its abort, stands in a packet's first frame.
+                // The ship's state, or its abort, or another vehicle's state, stands in a packet's first frame.
                 FromModem::Received(received) if received.frame == 1 => {
                     let mut frame = [0; MAX_FRAME];
                     let content = received.payload.copy_to(&mut frame).and_then(|frame| content(frame, settings));
                     match content {
                         Ok(Content::Ship(ship)) => Some(AcousticReport::Ship(ship)),
+                        Ok(Content::Vehicle(vehicle)) => Some(AcousticReport::Vehicle(vehicle)),
                         Ok(Content::Abort(abort)) => {
                             self.abort.set(abort);
                             // it gives no range
@@ -158,6 +160,7 @@ fn wanted(settings: &AppSettings) -> [Wanted; SETTINGS] {
 /// What a frame may hold.
 enum Content {
     Ship(ShipState),
+    Vehicle(HeardVehicle),
     Abort(Abort),
 }
 
@@ -165,6 +168,20 @@ fn content(frame: &[u8], settings: &AppSettings) -> Result<Content, Error> {
     let key = &settings.acoustic_key;
     if Abort::is_announced(frame) {
         Abort::parse_authentic(frame, key).map(Content::Abort)
+    } else if settings.use_peers && VehicleState::is_announced(frame) {
+        VehicleState::parse_authentic(frame, key).map(|state| {
+            let covariance_m2 = state.position_covariance_m2();
+            let VehicleState { source, transmit_s, synchronous, position_deg, depth_m, leans, .. } = state;
+            Content::Vehicle(HeardVehicle {
+                source,
+                transmit_s,
+                synchronous,
+                position_deg,
+                depth_m,
+                covariance_m2,
+                leans,
+            })
+        })
     } else {
         ShipState::parse_authentic(frame, key).map(Content::Ship)
     }

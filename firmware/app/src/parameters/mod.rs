@@ -9,7 +9,10 @@ mod settings;
 mod table;
 
 pub use list::{PARAMETERS, Parameter, find};
-pub use settings::{AhrsProtocol, AppSettings, AttitudeSource, ControlMode, DvlSource, NamingUse, Settings};
+pub use settings::{
+    AhrsProtocol, AppSettings, AttitudeSource, ControlMode, DvlSource, Fitted, FittingSettings, NamingUse, Separate,
+    Settings,
+};
 
 use crate::held::Held;
 use backseat_core::navigation::Learnt;
@@ -19,7 +22,7 @@ use backseat_wire::ship_state::Key;
 
 /// Version of the parameter list: grows with every change of a name, unit, place or meaning. A board's log has the
 /// values without their names.
-pub const PARAMETER_SCHEMA: u16 = 11;
+pub const PARAMETER_SCHEMA: u16 = 12;
 
 /// The active set and the one a transaction prepares.
 #[derive(Clone, Debug)]

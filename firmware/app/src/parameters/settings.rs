@@ -65,6 +65,74 @@ pub enum NamingUse {
     All,
 }
 
+/// Whether a manoeuvre may tell two causes apart.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Separate {
+    /// None is flown.
+    Never,
+    /// One that stays on the line.
+    OnLegs,
+    /// One that leaves it by up to 10 m as well.
+    Free,
+}
+
+/// Whether hardware is fitted to a pin, and at which level it acts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Fitted {
+    /// It is not.
+    No,
+    /// It acts, or is wet, while the pin is high.
+    High,
+    /// While it is low.
+    Low,
+}
+
+impl Fitted {
+    /// It is.
+    #[must_use]
+    pub const fn is_fitted(self) -> bool {
+        !matches!(self, Self::No)
+    }
+}
+
+/// Last-resort hardware.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FittingSettings {
+    /// Output: tells another safety system that the mission was ended.
+    pub abort_line: Fitted,
+    /// Output: releases a weight, or burns its wire.
+    pub drop_weight: Fitted,
+    /// Input.
+    pub leak: Fitted,
+    /// The vehicle's supply is measured.
+    pub supply: bool,
+    /// The supply over the voltage at the pin.
+    pub supply_ratio: f64,
+    /// Below it the supply is at its end, V.
+    pub supply_last_v: f64,
+    /// So many readings, ten a second, confirm a cause.
+    pub readings: u8,
+    /// Deeper than the largest depth by so much the weight falls, m.
+    pub depth_margin_m: f64,
+    /// The weight falls when a vehicle whose mission was ended has not come up for so long, s; 0: it does not.
+    pub no_ascent_s: f64,
+}
+
+impl FittingSettings {
+    /// Nothing is fitted.
+    pub const NONE: Self = Self {
+        abort_line: Fitted::No,
+        drop_weight: Fitted::No,
+        leak: Fitted::No,
+        supply: false,
+        supply_ratio: 11.0,
+        supply_last_v: 0.0,
+        readings: 20,
+        depth_margin_m: 5.0,
+        no_ascent_s: 60.0,
+    };
+}
+
 /// Settings of the app itself.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AppSettings {
@@ -77,6 +145,8 @@ pub struct AppSettings {
     pub installation: Installation,
     /// Fuse acoustic ranges.
     pub use_range: bool,
+    /// Fuse acoustic ranges to other vehicles.
+    pub use_peers: bool,
     /// Fuse acoustic range rates.
     pub use_range_rate: bool,
     /// Sign of the modem's Doppler.
@@ -120,6 +190,8 @@ pub struct AppSettings {
     pub level_probability_per_hour: f64,
     /// What is done with what changes in flight.
     pub naming: NamingUse,
+    /// Whether a manoeuvre may tell two causes apart.
+    pub separate: Separate,
     /// Deepest estimate at which a fix is believed, m.
     pub gnss_max_depth_m: f64,
     /// AHRS protocol.
@@ -188,6 +260,8 @@ pub struct AppSettings {
     pub alert_depth_m: f64,
     /// What ends a mission though navigation is valid.
     pub safety: SafetyLimits,
+    /// Last-resort hardware.
+    pub fittings: FittingSettings,
 }
 
 impl AppSettings {
@@ -197,6 +271,7 @@ impl AppSettings {
         origin_lon_deg: -70.7,
         installation: Installation::DEFAULT,
         use_range: true,
+        use_peers: false,
         use_range_rate: false,
         doppler_sign: DopplerSign::OpeningPositive,
         clock_encoding: ClockEncoding::Legacy,
@@ -218,6 +293,7 @@ impl AppSettings {
         water_area: Declared::DEFAULT.area,
         level_probability_per_hour: Declared::DEFAULT.probability_per_hour,
         naming: NamingUse::Name,
+        separate: Separate::Never,
         gnss_max_depth_m: 1.0,
         ahrs_protocol: AhrsProtocol::Gx3,
         dvl_source: DvlSource::Pd0,
@@ -250,6 +326,7 @@ impl AppSettings {
         alert_horizontal_m: 0.0,
         alert_depth_m: 0.0,
         safety: SafetyLimits::DEFAULT,
+        fittings: FittingSettings::NONE,
     };
 }
 

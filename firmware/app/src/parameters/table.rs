@@ -1,6 +1,6 @@
 //! Rows of the app itself: protocols, ports, modes.
 
-use super::settings::{AhrsProtocol, AppSettings, AttitudeSource, ControlMode, DvlSource, NamingUse};
+use super::settings::{AhrsProtocol, AppSettings, AttitudeSource, ControlMode, DvlSource, Fitted, NamingUse, Separate};
 use backseat_core::identification::Scale;
 use backseat_core::navigation::Area;
 use backseat_core::parameters::Row;
@@ -22,6 +22,7 @@ pub(super) const APP: &[Row<AppSettings>] = &[
     row!(real "app.origin_lat_deg", "", "deg", [-85.0, 85.0], "Latitude of the origin of the local frame, north positive.", origin_lat_deg),
     row!(real "app.origin_lon_deg", "", "deg", [-180.0, 180.0], "Longitude of the origin of the local frame, east positive.", origin_lon_deg),
     row!(flag "app.use_range", "Fuse acoustic ranges.", use_range),
+    row!(flag "app.use_peers", "Fuse acoustic ranges to other vehicles, by their own packets.", use_peers),
     row!(flag "app.use_range_rate", "Fuse acoustic range rates.", use_range_rate),
     row!(choice "app.doppler_sign", "Sign of the modem's Doppler: 0 positive when the range opens, 1 positive when it closes.", doppler_sign, [DopplerSign::OpeningPositive, DopplerSign::ClosingPositive]),
     row!(choice "app.clock_encoding", "Clock mode of the modem: 0 legacy, 1 bit field (firmware 2.0.26038 and later).", clock_encoding, [ClockEncoding::Legacy, ClockEncoding::BitField]),
@@ -43,6 +44,7 @@ pub(super) const APP: &[Row<AppSettings>] = &[
     row!(choice "app.water_area", "Where the mission is flown, which says how much the current may change: 0 lake, 1 open coast, 2 strait or estuary. Part of the protection level, never of the filter.", water_area, [Area::Lake, Area::Coast, Area::Strait]),
     row!(real "app.level_probability_per_hour", "", "1/h", [1.0e-9, 0.1], "Probability in an hour that the error exceeds the protection level.", level_probability_per_hour),
     row!(choice "app.naming", "What changes in flight: 0 is not named; 1 is named, and nothing follows; 2 the filter predicts with a cause that is sure; 3 the controller steers with it too.", naming, [NamingUse::Off, NamingUse::Name, NamingUse::Navigate, NamingUse::All]),
+    row!(choice "app.separate", "Manoeuvres that tell two causes apart which stay open: 0 none, 1 those that stay on the line, 2 also one that leaves it by up to 10 m.", separate, [Separate::Never, Separate::OnLegs, Separate::Free]),
     row!(live real "app.gnss_max_depth_m", "", "m", [0.0, 10.0], "A fix is fused only if the estimated depth is at most this.", gnss_max_depth_m),
     row!(choice "app.ahrs_protocol", "Protocol of the AHRS port: 0 MicroStrain 3DM-GX3, 1 MicroStrain MIP, 2 OceanServer OS5000.", ahrs_protocol, [AhrsProtocol::Gx3, AhrsProtocol::Mip, AhrsProtocol::Os5000]),
     row!(choice "app.dvl_source", "Source of DVL velocities: on the DVL port 0 PD0, 1 PD4 or PD5, 2 PD6; 3 the frontseat's $DVL.", dvl_source, [DvlSource::Pd0, DvlSource::Pd4, DvlSource::Pd6, DvlSource::Frontseat]),
@@ -89,4 +91,14 @@ pub(super) const APP: &[Row<AppSettings>] = &[
     row!(at_most real "app.lost_sigma_m", "", "m", [1.0, 100000.0], "Standard deviation of the position from which the position counts as lost.", lost_sigma_m),
     row!(real "app.alert_horizontal_m", "", "m", [0.0, 100000.0], "Horizontal protection level from which navigation counts as degraded; 0: none.", alert_horizontal_m),
     row!(real "app.alert_depth_m", "", "m", [0.0, 1000.0], "Protection level in depth from which navigation counts as degraded; with it the largest depth counts the level. 0: none.", alert_depth_m),
+    // last-resort hardware
+    row!(choice "app.abort_line", "Abort line, an output: 0 not fitted, 1 active while high, 2 active while low.", fittings.abort_line, [Fitted::No, Fitted::High, Fitted::Low]),
+    row!(choice "app.drop_weight", "Release of the drop weight, or its burn wire, an output: 0 not fitted, 1 released while high, 2 released while low.", fittings.drop_weight, [Fitted::No, Fitted::High, Fitted::Low]),
+    row!(choice "app.leak_detector", "Leak detector, an input: 0 not fitted, 1 wet while high, 2 wet while low.", fittings.leak, [Fitted::No, Fitted::High, Fitted::Low]),
+    row!(flag "app.supply_measured", "The vehicle's supply is measured: 0 not fitted.", fittings.supply),
+    row!(real "app.supply_ratio", "", "1", [1.0, 100.0], "The vehicle's supply over the voltage at the pin that measures it.", fittings.supply_ratio),
+    row!(at_least real "app.supply_last_v", "", "V", [0.0, 100.0], "A vehicle whose supply is lower stops and rises, and releases its weight.", fittings.supply_last_v),
+    row!(whole "app.drop_readings", "", "1", [1.0, 250.0], "So many readings, ten a second, confirm a leak, a depth or a supply for the drop weight, and as many take it back.", fittings.readings),
+    row!(at_most real "app.drop_depth_margin_m", "", "m", [0.0, 11000.0], "Deeper than safety.depth_max_m by this the drop weight is released.", fittings.depth_margin_m),
+    row!(live real "app.drop_no_ascent_s", "", "s", [0.0, 1.0e5], "The drop weight is released when a vehicle under water whose mission was ended has not come up for so long; 0: it is not.", fittings.no_ascent_s),
 ];

@@ -86,6 +86,8 @@ pub struct SafetyFacts {
     /// What the pressure sensor says at the surface, waves averaged; `None` while it is not known, m.
     pub surface_m: Option<f64>,
     pub leak: bool,
+    /// The supply as the board measures it is at its end.
+    pub supply_low: bool,
     /// Of the battery; `None` while the frontseat has not said.
     pub charge_percent: Option<f64>,
     /// Navigation is degraded.
@@ -114,7 +116,7 @@ struct Rung {
     broken: fn(&SafetyFacts, &SafetyLimits) -> bool,
 }
 
-const RUNGS: usize = 21;
+const RUNGS: usize = 22;
 
 /// Of the largest drift of pressure, what may come in two minutes.
 const RECENT_SHARE: f64 = 0.5;
@@ -131,6 +133,7 @@ static LADDER: [Rung; RUNGS] = {
     }
     [
         rung(R::Leak,            StopAndRise, |_| 0.0,  |f, _| f.leak),
+        rung(R::SupplyLow,       StopAndRise, |_| 0.0,  |f, _| f.supply_low),
         rung(R::TooDeep,         StopAndRise, |_| 0.5,  |f, l| f.soon(f.depth_m + f.depth_level_m) > l.depth_max_m),
         rung(R::TooDeep,         StopAndRise, |_| 3.0,  |f, l| f.depth_m - f.leg_depth_m > l.depth_below_leg_m && f.sink_mps > RISING_MPS),
         rung(R::TooDeep,         StopAndRise, |_| 10.0, |f, l| f.depth_m - f.leg_depth_m > l.depth_below_leg_m && f.sink_mps > -RISING_MPS),
@@ -277,6 +280,7 @@ mod tests {
         asks_surface: true,
         surface_m: None,
         leak: false,
+        supply_low: false,
         charge_percent: Some(80.0),
         degraded: false,
         contact_s: 30.0,
@@ -302,6 +306,7 @@ mod tests {
         use Action::{HandBack, Hold, Return, StopAndRise};
         let cases = [
             (SafetyFacts { leak: true, ..GOOD }, 0, ModeReason::Leak, StopAndRise),
+            (SafetyFacts { supply_low: true, ..GOOD }, 0, ModeReason::SupplyLow, StopAndRise),
             (
                 SafetyFacts { depth_m: 99.0, sink_mps: 0.6, leg_depth_m: 98.0, ..GOOD },
                 5,

@@ -7,6 +7,7 @@ use super::{
 use crate::estimator::Estimator;
 use crate::inputs::installation::body_to_ned;
 use crate::inputs::{Inputs, fresh};
+use crate::last_resort::LastResort;
 use crate::links::Links;
 use crate::parameters::AppSettings;
 use crate::steering::Steering;
@@ -43,6 +44,7 @@ pub struct Observed<'a> {
     pub steering: &'a Steering,
     /// Of the stored mission.
     pub fence: &'a Fence,
+    pub last_resort: &'a LastResort,
     /// Navigation is degraded.
     pub degraded: bool,
 }
@@ -89,7 +91,8 @@ impl SafetyMonitor {
     /// # Errors
     /// The limit that speaks against it.
     pub fn may_start(&self, observed: &Observed<'_>) -> Result<(), ModeReason> {
-        let Observed { settings, links, estimator, steering, fence, .. } = *observed;
+        let Observed { settings, links, estimator, steering, fence, last_resort, .. } = *observed;
+        last_resort.test(&settings.fittings)?;
         let x = estimator.output();
         let place_m = estimator.navigator().is_initialised().then(|| [x[X], x[Y]]);
         let surface_m = self.surface.mean_m().filter(|_| asks_surface(settings));
@@ -132,7 +135,7 @@ impl SafetyMonitor {
     }
 
     fn facts(&mut self, now_us: u64, observed: &Observed<'_>, target: &Waypoint, has_clock: bool) -> SafetyFacts {
-        let Observed { settings, links, inputs, estimator, steering, fence, degraded, .. } = *observed;
+        let Observed { settings, links, inputs, estimator, steering, fence, last_resort, degraded, .. } = *observed;
         let (navigator, x) = (estimator.navigator(), estimator.output());
         let sink_mps = body_to_ned(x, &[x[U], x[V], x[W]])[2];
         let pressure_m = pressure_m(observed);
@@ -172,7 +175,8 @@ impl SafetyMonitor {
             has_fix: has_fix(now_us, inputs),
             asks_surface: asks_surface(settings),
             surface_m: self.surface.mean_m(),
-            leak: links.frontseat.leaks(),
+            leak: links.frontseat.leaks() || last_resort.leaks(&settings.fittings),
+            supply_low: last_resort.is_supply_low(),
             charge_percent: links.frontseat.charge_percent(),
             degraded,
             contact_s: seconds(heard_us, now_us),

@@ -291,7 +291,12 @@ impl Pumped {
             time_us: a.time_us,
             length: u16::try_from(a.bytes.len()).unwrap(),
         });
-        let step = Step { time_us, pps_us: pps_us.iter().copied().collect(), chunks: chunks.collect() };
+        let step = Step {
+            time_us,
+            pps_us: pps_us.iter().copied().collect(),
+            chunks: chunks.collect(),
+            fittings: Default::default(),
+        };
         self.send(Port::Host, &frame(&ToBoard::Step(step)));
     }
 }

@@ -29,7 +29,12 @@ fn demands() -> Vec<ToBoard<'static>> {
         ToBoard::FinWiggle,
         ToBoard::Unlock,
         ToBoard::KeySet(OTHER),
-        ToBoard::Step(Step { time_us: 0, pps_us: Default::default(), chunks: Default::default() }),
+        ToBoard::Step(Step {
+            time_us: 0,
+            pps_us: Default::default(),
+            chunks: Default::default(),
+            fittings: Default::default(),
+        }),
     ]
 }
 
@@ -160,7 +165,14 @@ fn the_clock_is_lent_to_whoever_has_the_key() {
     let mut board = Pumped::new();
     board.run(0);
     request_all(&mut board, &[ToBoard::KeyBegin, ToBoard::KeySet(KEY)]);
-    let step = |time_us| ToBoard::Step(Step { time_us, pps_us: Default::default(), chunks: Default::default() });
+    let step = |time_us| {
+        ToBoard::Step(Step {
+            time_us,
+            pps_us: Default::default(),
+            chunks: Default::default(),
+            fittings: Default::default(),
+        })
+    };
     board.request(&step(0));
     assert_eq!(board.heard().answers.pop(), Some(Err(Refusal::Unsigned)));
     assert!(!board.pump.is_lockstep());

@@ -6,13 +6,14 @@ from types import SimpleNamespace
 
 HELLO, STEP, PARAMETER_BEGIN, PARAMETER_SET, PARAMETER_COMMIT, PARAMETER_GET = 0, 1, 2, 3, 4, 5
 MISSION_BEGIN, MISSION_ITEM, MISSION_COMMIT, MISSION_START, PARAMETER_STORE, HEALTH_GET = 6, 7, 8, 10, 12, 13
-UPDATE_GET, UPDATE_BEGIN, UPDATE_WRITE, UPDATE_COMMIT, UPDATE_CONFIRM = 22, 23, 24, 25, 26
+UPDATE_GET, UPDATE_BEGIN, UPDATE_WRITE, UPDATE_COMMIT, UPDATE_CONFIRM, DROP_WEIGHT = 22, 23, 24, 25, 26, 27
 UPDATE_CHUNK = 256
 HELLO_ANSWER, STEP_DONE, TELEMETRY, PARAMETER, DONE, REFUSED, RESTART, HEALTH, IMAGES = 0, 1, 2, 4, 6, 7, 8, 9, 19
 ON_TRIAL = 16
 OSCILLATORS = ("crystal", "internal")
 MODES = ("initialising", "navigating", "degraded", "lost", "safe")
 REASONS = {0: "nominal", 1: "no fix", 2: "attitude stale", 9: "stopped", 10: "restarted", 11: "resets", 29: "overloaded"}
+NOT_FITTED, READY, ACTIVE = 0, 2, 3  # of last-resort hardware
 LOG_STATES = ("not fitted", "searching", "writing", "failed")
 
 
@@ -40,7 +41,7 @@ def request(kind, body=b""):
 
 def step(time_us):
     """The lock-step clock: a step without edges and bytes."""
-    return request(STEP, varint(time_us) + varint(0) + varint(0))
+    return request(STEP, varint(time_us) + varint(0) + varint(0) + bytes(4))
 
 
 def text(value):
@@ -136,6 +137,7 @@ class Host:
         assert message.integer(), "the board says nothing of its hardware"
         health.supply_dips, health.brown_out_level, *health.wrong_bits = message.integers(4)
         health.longest_step_us, health.load_permille, *health.stacks = message.integers(6)
+        _refused, *health.fittings = message.integers(5)
         return health
 
     def telemetry(self, seconds):

@@ -12,8 +12,8 @@ import tty
 import zlib
 
 from card import Card
-from hostlink import (DONE, HEALTH_GET, MISSION_START, ON_TRIAL, PARAMETER_STORE, REFUSED, STEP_DONE, UPDATE_BEGIN, UPDATE_COMMIT,
-                      UPDATE_CONFIRM, Host, messages, request, step)
+from hostlink import (ACTIVE, DONE, DROP_WEIGHT, HEALTH_GET, MISSION_START, NOT_FITTED, ON_TRIAL, PARAMETER_STORE, READY, REFUSED, STEP_DONE, UPDATE_BEGIN, UPDATE_COMMIT,
+                      UPDATE_CONFIRM, Host, messages, request, step, varint)
 from core import ENDLESS
 from machine import AXI, DTCM, DTCM_SIZE, FLASH, Machine
 from storage import IMAGE, WORD
@@ -292,6 +292,42 @@ def parameter_store(image, _):
     return [machine]
 
 
+DROP, LEAK = 11, 13  # of port E, the table in src/fittings.rs
+
+
+def last_resort(image, _):
+    """Drop weight and leak detector: pins, polarity, readings; the weight falls by command alone where nothing dives."""
+    machine = Machine(image)
+    machine.run_for(START_S)
+    port, host = machine.gpio["E"], Host(machine)
+    assert [port.mode(pin) for pin in (DROP, LEAK)] == [3, 3], "pins of what is not fitted are touched"
+    assert host.health().fittings == [NOT_FITTED] * 4
+    host.set("app.drop_weight", 1)
+    host.set("app.leak_detector", 2)
+    answer, _, _ = host.ask(PARAMETER_STORE, within_s=10)
+    assert answer == DONE
+    machine.reset("pin")
+    machine.run_for(WAIT_S + 1)
+    assert [port.mode(pin) for pin in (DROP, LEAK)] == [1, 0] and not port.is_high(DROP)
+    assert host.health().fittings == [NOT_FITTED, READY, READY, NOT_FITTED]
+    for release in (1, 0):
+        began = machine.now
+        answer, _, _ = host.ask(DROP_WEIGHT, varint(release), look_s=0.001)
+        assert answer == DONE
+        while port.is_high(DROP) != release and machine.now < began + 1e9:
+            machine.run_for(0.001)
+        machine.measured[f"drop weight {'released' if release else 'at rest'} after the command, s"] = took = (machine.now - began) * 1e-9
+        assert took < 0.2, f"{took} s"
+    port.outside[LEAK] = 0
+    machine.run_for(3)
+    assert host.health().fittings == [NOT_FITTED, READY, ACTIVE, NOT_FITTED] and not port.is_high(DROP), "a wet detector at rest"
+    del port.outside[LEAK]
+    machine.reset("power")
+    machine.run_for(WAIT_S)
+    assert not port.is_high(DROP) and not machine.faults
+    return [machine]
+
+
 NOTE = b"\x04\0\0\0\x14\0\0\0\x03\0\0\0GNU\0"
 UNDEFINED = b"\x00\xde"  # an instruction
 
@@ -505,4 +541,4 @@ def lock_step(image, options):
     return [machine]
 
 
-ALL = [lock_step, clock_tree, external_clock, hard_fault, reset_under_way, clock_lost, supply_falls, stuck_step, overrun, stack_overflow, guard, parameter_store, update, update_command, pulse_per_second, log_card, card_pulled, babbling_lines]
+ALL = [lock_step, clock_tree, external_clock, hard_fault, reset_under_way, clock_lost, supply_falls, stuck_step, overrun, stack_overflow, guard, parameter_store, last_resort, update, update_command, pulse_per_second, log_card, card_pulled, babbling_lines]

@@ -12,6 +12,7 @@ HALF, COMPLETE, TRANSFER_ERROR = 0x10, 0x20, 0x08
 class Gpio(Device):
     def __init__(self, machine, base, port):
         self.name, self.port, self.gate = "GPIO" + port, port, (0xE0, ord(port) - ord("A"))
+        self.outside = {}  # levels that something puts at pins
         super().__init__(machine, base)
 
     def reset(self):
@@ -24,8 +25,18 @@ class Gpio(Device):
         if offset == 0x14:
             self.machine.pins_changed(self.port)
 
+    def read(self, offset, size):
+        if offset & ~3 == 0x10:  # IDR: what an output drives, what lies at an input, else its pull
+            return sum((self.is_high(pin) if self.mode(pin) == 1 else self.outside.get(pin, self.field(0x0C, 2 * pin, 2) == 1)) << pin
+                       for pin in range(16)) >> 8 * (offset & 3)
+        return super().read(offset, size)
+
     def is_high(self, pin):
         return bool(self.field(0x14, pin))
+
+    def mode(self, pin):
+        """0 input, 1 output, 2 alternate function, 3 analogue."""
+        return self.field(0x00, 2 * pin, 2)
 
     def function(self, pin):
         """The alternate function of a pin, or `None`."""

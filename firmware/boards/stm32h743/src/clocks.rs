@@ -10,7 +10,7 @@ use cortex_m_rt::exception;
 use embassy_stm32::pac::rcc::vals::{Pllsrc, Sw};
 use embassy_stm32::rcc::{
     AHBPrescaler, APBPrescaler, HSIPrescaler, Hse, HseMode, Pll, PllDiv, PllMul, PllPreDiv, PllSource, Sysclk,
-    VoltageScale,
+    VoltageScale, mux,
 };
 use embassy_stm32::time::Hertz;
 use embassy_stm32::{Config, pac};
@@ -89,6 +89,8 @@ pub fn config(oscillator: Oscillator) -> Config {
     rcc.apb3_pre = APBPrescaler::DIV2;
     rcc.apb4_pre = APBPrescaler::DIV2;
     rcc.voltage_scale = VoltageScale::Scale0;
+    // HSI, which is always on: no PLL of its own for a reading in 0.1 s
+    rcc.mux.adcsel = mux::Adcsel::PER;
     config
 }
 

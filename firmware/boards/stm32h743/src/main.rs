@@ -7,6 +7,7 @@
 //! | `flash`, `supply` | sectors of parameters and images, exchange of the banks; reset cause and supply |
 //! | `backup`, `watchdog` | records of restart and crash; watchdog |
 //! | `guard` | what the core may reach |
+//! | `fittings` | last-resort hardware |
 //! | `fault` | what a fault or panic leaves behind |
 //! | `vitals` | load, stacks, wrong bits in memory |
 //! | `log`, `card` | the board log: into a queue, and from there to a memory card |
@@ -24,6 +25,7 @@ mod backup;
 mod card;
 mod clocks;
 mod fault;
+mod fittings;
 mod flash;
 mod guard;
 mod leds;
@@ -58,6 +60,7 @@ use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
 use embassy_sync::zerocopy_channel::{Channel, Sender};
 use embassy_time::{Duration, Instant, Timer, with_timeout};
+use fittings::FittedHardware;
 use leds::Leds;
 use log::Log;
 use memory::Memory;
@@ -210,6 +213,9 @@ async fn start_and_store() {
         host: Wiring { uart: p.USART3, rx: p.PD9, tx: p.PD8, receive: p.DMA1_CH4, transmit: p.DMA2_CH4 },
     };
     let (ports, transmitters) = uart::start(resources, dma);
+    let fittings =
+        fittings::Resources { abort_line: p.PE9, drop_weight: p.PE11, leak: p.PE13, supply: p.PC0, adc: p.ADC1 };
+    let fittings = FittedHardware::new(app, fittings);
     let leds = Leds::new(p.PB0, p.PE1, p.PB14);
     let start_us = clock.now_us();
     defmt::info!("started in {=u64} us", start_us);
@@ -234,6 +240,7 @@ async fn start_and_store() {
         steps: StepWatch::new(),
         vitals,
         backup,
+        fittings,
         leds,
         powered_us: record.powered_us,
         record,
@@ -332,6 +339,7 @@ struct Board {
     steps: StepWatch,
     vitals: Vitals,
     backup: BackupMemory,
+    fittings: FittedHardware,
     /// As it was last written.
     record: RestartRecord,
     leds: Leds,
@@ -415,6 +423,10 @@ impl Board {
             self.record = self.app.restart_record(&self.record, self.powered_us + now_us);
             self.backup.write(&self.record);
             UNDER_WAY.store(self.record.under_way, Ordering::Relaxed);
+        }
+        if let Some(readings) = self.fittings.exchange(self.app, self.pump.is_lockstep()) {
+            self.app.fittings(readings);
+            self.log.record(&LogRecord::Fittings { time_us: now_us, readings });
         }
         if let Some(kept) = KEPT.try_take() {
             self.storing = false;

@@ -1,6 +1,7 @@
 //! The controller: a mission, an estimate and a current in, actuators out.
 
 use super::allocation::{Datum, allocate, allocate_to};
+use super::aside::Aside;
 use super::dive::Dive;
 use super::guidance::{crab_angle_rad, turn_rate_max_radps};
 use super::limits::{ActuatorLimits, Limiter};
@@ -54,6 +55,7 @@ pub struct Controller {
     mission: Mission,
     progress: Progress,
     dive: Dive,
+    aside: Option<Aside>,
     limiter: Limiter,
     last_us: Option<u64>,
 }
@@ -72,6 +74,7 @@ impl Controller {
             mission: Mission::new(),
             progress: Progress::new(),
             dive: Dive::new(),
+            aside: None,
             limiter,
             last_us: None,
         }
@@ -153,6 +156,7 @@ impl Controller {
         self.limiter.reset();
         self.last_us = None;
         self.dive = Dive::new();
+        self.aside = None;
         self.reference.start(&self.mission, x, &self.limiter)?;
         self.progress.start(&self.mission, [x[state::X], x[state::Y]])
     }
@@ -160,6 +164,24 @@ impl Controller {
     /// Stops: from now on commands are neutral.
     pub fn stop(&mut self) {
         self.progress.stop();
+    }
+
+    /// Departs from the leg from now on, or follows it again; not with the law about the reference trajectory, which
+    /// flies the leg itself.
+    pub fn set_aside(&mut self, aside: Option<Aside>) {
+        self.aside = aside.filter(|_| self.can_go_aside());
+    }
+
+    /// The law follows legs: one about a reference trajectory has no place for what departs from it.
+    #[must_use]
+    pub fn can_go_aside(&self) -> bool {
+        self.config.law != ControlLaw::LqrOnReference
+    }
+
+    /// The leg that is flown now.
+    #[must_use]
+    pub fn segment(&self) -> Option<&Segment> {
+        self.progress.segment()
     }
 
     /// Progress of the mission.
@@ -185,7 +207,8 @@ impl Controller {
             command.status = self.progress.update(&self.mission, x, self.config.turn_radius_m);
             if let Some(leg) = self.progress.segment() {
                 let speed_mps = self.dive.speed_mps(time_us, x[state::Z], leg.depth_m, leg.speed_mps);
-                let segment = &Segment { speed_mps, ..*leg };
+                let leg = Segment { speed_mps, ..*leg };
+                let segment = &self.aside.map_or(leg, |aside| aside.of(&leg));
                 let crab = crab_angle_rad(segment, x, current);
                 command.error = segment.error(x);
                 command.helm = Some(HelmCommand {
@@ -193,7 +216,7 @@ impl Controller {
                     depth_m: segment.depth_m,
                     speed_mps: segment.speed_mps,
                 });
-                self.lqr.advance(model, segment.speed_mps);
+                self.lqr.advance(model, speed_mps);
                 let trim = self.lqr.trim();
                 let context = LawContext { config: &self.config, model, trim, current_ne_mps: current };
                 let reference = match self.config.law {
@@ -205,6 +228,9 @@ impl Controller {
                     (_, Some((x_ref, input_ref))) => self.regulate_about(model, x, x_ref, input_ref),
                     (_, None) => self.regulate_line(model, x, segment, crab),
                 };
+                if let Some(aside) = &self.aside {
+                    wanted.fins_rad.iter_mut().zip(aside.fins_rad).for_each(|(fin, more)| *fin += more);
+                }
             }
         }
         // A clock that jumps ahead gives no fin more time than a step.

@@ -6,6 +6,7 @@
 //! [`trim`]), those become fin angles and propeller speed ([`allocation`]), and [`limits`] has the last word.
 
 pub mod allocation;
+mod aside;
 mod controller;
 mod dive;
 pub mod guidance;
@@ -21,6 +22,7 @@ pub mod trackline;
 pub mod trim;
 
 pub use allocation::AllocationMethod;
+pub use aside::{Aside, MANOEUVRES, Manoeuvre};
 pub use controller::{Command, Controller, HelmCommand};
 
 use crate::dynamics::{ActuatorInput, VehicleModel};

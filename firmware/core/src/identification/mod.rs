@@ -34,3 +34,7 @@ pub use filter::{DELAY, Measured, PreFilter};
 pub use identifier::{Identifier, Report, SampleOutcome};
 pub use projection::ParameterBox;
 pub use theta::{PARAMETERS, Theta};
+
+/// Noise of an acceleration averaged over a second with the sensors of Table 4.13, m/s² and rad/s², and an allowance
+/// for the error of the model, about a thousandth of the acceleration: what a motion is worth before it is flown.
+pub const ACCELERATION_NOISE: [f64; 6] = [0.015, 0.015, 0.015, 0.003, 0.003, 0.003];

@@ -33,11 +33,12 @@
 //! bank        navigator: the bank and its mixture; evidence: the likelihood of ranges
 //! integrity   level: what the error exceeds with a declared probability only; hypotheses: the table of what may be wrong;
 //!             account: position by one entry of it; vertical: the same of depth
-//! filter      cekf: one filter; prediction: time update; fusion: measurement update; cloning: delayed states;
-//!             effects: the catalogue's effects in the filter; estimates: augmented states with sigma; learnt: the prior
-//!             that a dive leaves
+//! filter      cekf: one filter; prediction: time update; fusion: measurement update; peers: that of
+//!             ranges to other vehicles; cloning: delayed states; effects: the catalogue's effects in the filter;
+//!             estimates: augmented states with sigma; learnt: the prior that a dive leaves
 //! trust       innovation_monitor: the gate, and sources that contradict the filter; innovation_window: chi-square of a
-//!             source over a window; waves; consistency: NIS and NEES; integrity: what P leaves out of the position
+//!             source over a window; waves; peers: which vehicles are believed; consistency: NIS and NEES;
+//!             integrity: what P leaves out of the position
 //! sources     one aiding source each, h(x) and H(x); acoustic: the ends of an acoustic path; models: pure geometry
 //! algebra     layout: which state stands where; estimate: x̂; covariance: P, lower triangle; row: sparse row of H;
 //!             observation: ν, h, R of a measurement; discretisation: f, F -> Φ, Γ, Q_d, step of x; propagation:
@@ -68,8 +69,8 @@ pub use interface::effect_states::{EffectState, EffectStates, StateParameter};
 pub use interface::error::{CloneError, ConfigError, NavigationError};
 pub use interface::initial::{InitialShip, InitialSpeed, InitialState};
 pub use interface::measurement::{
-    AcousticPath, CloneId, FusionOutcome, FusionRecord, Fusions, Measurement, Sensor, ShipEnd, ShipReport, UsblAxes,
-    UsblFix, VehicleEnd,
+    AcousticPath, CloneId, FusionOutcome, FusionRecord, Fusions, Measurement, PeerReport, Sensor, ShipEnd, ShipReport,
+    UsblAxes, UsblFix, VehicleEnd,
 };
 pub use sources::models;
 pub use sources::usbl::triad;

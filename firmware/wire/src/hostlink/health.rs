@@ -1,5 +1,6 @@
 //! What a board says of itself: its lines, its clock, its log, its steps.
 
+use super::fittings::Fittings;
 use serde::{Deserialize, Serialize};
 
 /// What the board's clock counts.
@@ -69,7 +70,7 @@ pub struct Stack {
 }
 
 /// What came in since start, port by port (`Port::DEVICES` order), the pulse per second, and the board's own log.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Health {
     /// Good frames, of those the app makes use of.
     pub accepted_frames: [u32; 4],
@@ -94,4 +95,6 @@ pub struct Health {
     pub hardware: Option<Hardware>,
     /// Requests refused since start because they were not signed, or not by the board's key.
     pub refused_requests: u32,
+    /// Last-resort hardware.
+    pub fittings: Fittings,
 }

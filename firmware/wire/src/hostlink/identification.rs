@@ -153,6 +153,23 @@ pub struct Decision {
     pub gain: f32,
 }
 
+/// A manoeuvre that is to tell two causes apart.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Question {
+    /// Board time at which it began, µs.
+    pub time_us: u64,
+    /// The causes, by their numbers.
+    pub causes: [u8; 2],
+    /// Which, by its number in `backseat_core::control`.
+    pub manoeuvre: u8,
+    /// By how much it is expected to move ln of their odds.
+    pub expected: f32,
+    /// ln of the odds of the first over the second, when it began ...
+    pub before: f32,
+    /// ... and two minutes after its end.
+    pub after: Option<f32>,
+}
+
 /// What the board states of what has changed in flight.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Naming {
@@ -164,6 +181,9 @@ pub struct Naming {
     pub named: Vec<NamedCause, MAX_NAMED>,
     /// The last decision whether one is used; none before the first.
     pub decision: Option<Decision>,
+    /// The last manoeuvre that was to tell two causes apart; none before the first.
+    #[serde(default)]
+    pub question: Option<Question>,
 }
 
 /// What a dive has learnt of the vehicle went to the board's memory, for the next dive.

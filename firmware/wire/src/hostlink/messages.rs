@@ -1,6 +1,7 @@
 //! The messages of the host link.
 
 use super::crash::Crash;
+use super::fittings::FittingReadings;
 use super::health::Health;
 use super::identification::{Estimates, FaultReport, Identification, LearntStored, Naming};
 use super::images::{Image, ImageId, Images};
@@ -72,6 +73,8 @@ pub struct Step {
     pub pps_us: Vec<u64, MAX_PPS>,
     /// What arrived since the last step, in order of arrival.
     pub chunks: Vec<Chunk, MAX_CHUNKS>,
+    /// What the simulator's last-resort hardware reads: the board's own is left alone.
+    pub fittings: FittingReadings,
 }
 
 /// Answer to a [`Step`].
@@ -172,7 +175,8 @@ pub struct FusionTelemetry {
     pub sensor: u8,
     /// Component.
     pub axis: u8,
-    /// Outcome: 0 fused, 1 gated, 2 invalid, 3 stale clone, 4 a range rate while the position is uncertain.
+    /// Outcome: 0 fused, 1 gated, 2 invalid, 3 stale clone, 4 a range rate while the position is uncertain,
+    /// 5 a range to another vehicle that tells little or leans.
     pub outcome: u8,
     /// Time, µs.
     pub time_us: u64,
@@ -310,6 +314,11 @@ pub enum ToBoard<'a> {
     UpdateCommit,
     /// The image that runs stays.
     UpdateConfirm,
+    /// Release the drop weight, at any time; or, at rest, let its output rest again.
+    DropWeight {
+        /// Whether it falls.
+        release: bool,
+    },
 }
 
 /// Board to PC.

@@ -5,6 +5,7 @@
 
 mod codec;
 mod crash;
+mod fittings;
 mod health;
 mod identification;
 mod images;
@@ -16,10 +17,11 @@ mod signing;
 
 pub use codec::{CRC, Decoder, Frame, MAX_FRAME, MAX_MESSAGE, encode};
 pub use crash::Crash;
+pub use fittings::{FittingReadings, FittingState, Fittings, ReleaseReason};
 pub use health::{BoardLog, Hardware, Health, LogState, Oscillator, Stack};
 pub use identification::{
     Activity, Decision, DecisionReason, Estimate, Estimates, FaultCause, FaultDiagnosis, FaultReport, FaultState,
-    Identification, LearntStored, MAX_ESTIMATES, MAX_NAMED, NamedCause, Naming, UsedFor, Visibility,
+    Identification, LearntStored, MAX_ESTIMATES, MAX_NAMED, NamedCause, Naming, Question, UsedFor, Visibility,
 };
 pub use images::{Image, ImageId, Images, StoredImage, UPDATE_CHUNK};
 pub use messages::{

@@ -82,4 +82,8 @@ pub enum ModeReason {
     Aborted,
     /// The board's steps come late, too many of them.
     Overloaded,
+    /// Last-resort hardware that is fitted does not pass its test.
+    FittingFailed,
+    /// The supply is below its last level.
+    SupplyLow,
 }

@@ -1,12 +1,17 @@
 use backseat_wire::Error;
 use backseat_wire::hostlink::{
-    BoardLog, Chunk, Decoder, FromBoard, FusionTelemetry, Hardware, Health, ImageId, LogState, MAX_CHUNKS, MAX_FRAME,
-    MAX_PPS, Mode, ModeReason, Oscillator, ParameterInfo, Port, Refusal, Stack, Step, StepDone, Telemetry, ToBoard,
-    Waypoint, encode,
+    BoardLog, Chunk, Decoder, Fittings, FromBoard, FusionTelemetry, Hardware, Health, ImageId, LogState, MAX_CHUNKS,
+    MAX_FRAME, MAX_PPS, Mode, ModeReason, Oscillator, ParameterInfo, Port, Refusal, ReleaseReason, Stack, Step,
+    StepDone, Telemetry, ToBoard, Waypoint, encode,
 };
 
 fn largest_step() -> ToBoard<'static> {
-    let mut step = Step { time_us: u64::MAX, pps_us: heapless::Vec::new(), chunks: heapless::Vec::new() };
+    let mut step = Step {
+        time_us: u64::MAX,
+        pps_us: heapless::Vec::new(),
+        chunks: heapless::Vec::new(),
+        fittings: Default::default(),
+    };
     for _ in 0..MAX_PPS {
         step.pps_us.push(u64::MAX).unwrap();
     }
@@ -52,6 +57,7 @@ fn every_message_survives() {
         ToBoard::MissionStop,
         ToBoard::FenceCorner { index: 31, count: 32, corner_m: [-100_000.0, 0.1] },
         ToBoard::FenceGet { index: 31 },
+        ToBoard::DropWeight { release: true },
     ];
     let info = ParameterInfo {
         index: 1,
@@ -96,6 +102,7 @@ fn every_message_survives() {
             latest_step_us: 479_000,
             hardware: Some(Hardware { stacks: [Stack { used: 7, room: u32::MAX }; 2], ..Hardware::default() }),
             refused_requests: 9,
+            fittings: Fittings { released: Some(ReleaseReason::NoAscent), ..Fittings::default() },
         }),
     ];
     let mut stream = Vec::new();
@@ -123,8 +130,8 @@ fn every_message_survives() {
 #[test]
 fn sizes() {
     let mut buffer = [0; MAX_FRAME];
-    // 481 bytes of postcard (each integer at its longest), CRC 4, COBS codes 2, delimiters 2.
-    assert_eq!(encode(&largest_step(), &mut buffer).unwrap().len(), 489);
+    // 485 bytes of postcard (each integer at its longest), CRC 4, COBS codes 2, delimiters 2.
+    assert_eq!(encode(&largest_step(), &mut buffer).unwrap().len(), 493);
     assert!(encode(&telemetry(), &mut buffer).unwrap().len() < 330);
     assert_eq!(encode(&largest_step(), &mut [0; 480]), Err(Error::BufferFull));
     assert_eq!(encode(&ToBoard::Hello, &mut [0; 3]), Err(Error::BufferFull));

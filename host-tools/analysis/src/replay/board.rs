@@ -98,6 +98,7 @@ impl Replay {
                 self.app.pps(time_us);
             }
             Event::Oscillator(oscillator) => self.app.set_oscillator(oscillator),
+            Event::Fittings(readings) => self.app.fittings(readings),
             Event::Restart => {
                 self.input(time_us);
                 self.discard();

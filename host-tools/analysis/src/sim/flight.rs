@@ -117,19 +117,26 @@ pub fn fly(
         bar.set(t_s as usize);
     };
     let end = ship.as_mut();
-    let mut companion = None;
-    let flight = if let Some(second) = scenario.companion() {
+    let mut companions = Vec::new();
+    let others = scenario.companions();
+    let flight = if !others.is_empty() {
         let end = end.filter(|_| !options.realtime);
         let end = end.context(
             "a companion flies in lock-step with topside on the ship alone: leave --realtime and --topside out",
         )?;
-        let mut board = Client::new(Box::new(InProcess::new()) as Box<dyn Ports>);
-        let beside = folder.join("companion");
-        std::fs::create_dir_all(&beside).with_context(|| beside.display().to_string())?;
-        let mut fleet =
-            [(&scenario, &mut client, Some(folder.as_path())), (&second, &mut board, Some(beside.as_path()))];
+        let mut beside = Vec::new();
+        for number in 1..=others.len() {
+            let name = if others.len() > 1 { format!("companion{number}") } else { "companion".to_owned() };
+            let folder = folder.join(name);
+            std::fs::create_dir_all(&folder).with_context(|| folder.display().to_string())?;
+            beside.push((Client::new(Box::new(InProcess::new()) as Box<dyn Ports>), folder));
+        }
+        let further = others.iter().zip(&mut beside);
+        let further = further.map(|(scenario, (board, folder))| (scenario, board, Some(folder.as_path())));
+        let first = (&scenario, &mut client, Some(folder.as_path()));
+        let mut fleet: Vec<_> = std::iter::once(first).chain(further).collect();
         flight::fly_fleet(&mut fleet, end, stop, progress).map(|mut flights| {
-            companion = flights.pop();
+            companions = flights.split_off(1);
             flights.pop().unwrap_or_default()
         })
     } else if options.realtime {
@@ -152,7 +159,7 @@ pub fn fly(
     }
     let ending = Ending::of(&scenario, &flight);
     let analysis = flight_score::analyse(&scenario, &flight)?;
-    let flown = Flown { scenario, folder, trial, flight, companion, analysis, ending };
+    let flown = Flown { scenario, folder, trial, flight, companions, analysis, ending };
     let report = report::report(&flown);
     let page = flown.folder.join(REPORT);
     report.write(&page).with_context(|| page.display().to_string())?;

@@ -23,8 +23,8 @@ pub struct Flown {
     pub trial: Option<PathBuf>,
     /// What happened.
     pub flight: FlightLog,
-    /// What happened to the second vehicle.
-    pub companion: Option<FlightLog>,
+    /// What happened to the further vehicles.
+    pub companions: Vec<FlightLog>,
     /// How well it was navigated and steered.
     pub analysis: Analysis,
     /// How it ended.

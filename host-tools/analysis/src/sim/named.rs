@@ -131,6 +131,7 @@ mod tests {
             unexplained: false,
             named: causes.iter().map(|cause| NamedCause { cause: *cause, ..NamedCause::default() }).collect(),
             decision: None,
+            question: None,
         };
         let all = [naming(1, &[2]), naming(2, &[2]), naming(3, &[2, 13]), naming(4, &[2, 13]), naming(5, &[2, 13])];
         let kept = |all: &[Naming]| statements(all).iter().map(|naming| naming.time_us).collect::<Vec<_>>();

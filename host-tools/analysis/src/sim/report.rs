@@ -127,7 +127,7 @@ fn verdict(flown: &Flown) -> String {
 
 /// Errors of every way to navigate, of steering, and of what topside knew.
 fn errors_table(flown: &Flown) -> Table {
-    let Flown { flight, companion, analysis, .. } = flown;
+    let Flown { flight, companions, analysis, .. } = flown;
     let cells = |error: &ErrorSummary| [error.median_m, error.p95_m, error.max_m].map(|m| format!("{m:.2}"));
     let header = ["horizontal error [m]", "median", "95 %", "max", "RMS/DRMS"];
     let mut table = Table::new("", &header);
@@ -142,9 +142,9 @@ fn errors_table(flown: &Flown) -> Table {
             table = table.row([name.to_owned()].into_iter().chain(cells(error)));
         }
     }
-    topside_score::rows(flight, companion.as_ref()).into_iter().fold(table, |table, (name, error)| {
-        table.row([name.to_owned()].into_iter().chain(error.map(|m| format!("{m:.2}"))))
-    })
+    topside_score::rows(flight, companions)
+        .into_iter()
+        .fold(table, |table, (name, error)| table.row([name].into_iter().chain(error.map(|m| format!("{m:.2}")))))
 }
 
 fn faults_table(scenario: &Scenario) -> Table {
@@ -189,7 +189,7 @@ fn said_on_a_terminal(report: Report, flown: &Flown) -> Report {
 }
 
 fn json(flown: &Flown) -> Value {
-    let Flown { flight, companion, analysis, ending, .. } = flown;
+    let Flown { flight, companions, analysis, ending, .. } = flown;
     let configurations: Vec<Value> = analysis
         .configurations
         .iter()
@@ -217,7 +217,7 @@ fn json(flown: &Flown) -> Value {
         "level": level::json(&figures::stated(flight)),
         "naming": named::json(flown),
         "topside": topside_score::json(flight),
-        "companion": companion.as_ref().map(topside_score::companion_json),
+        "companions": companions.iter().map(topside_score::companion_json).collect::<Vec<_>>(),
         "finished": matches!(ending, Ending::Flown),
         "ending": ending.name(),
         "trust": if flown.is_trustworthy() { "ok" } else { "suspicious" },

@@ -118,7 +118,8 @@ fn topside_file(scenario: &Scenario, config: &Config, [gnss, modem]: [&str; 2]) 
         config.range_sigma_m,
         config.range_max_m,
     );
-    for (vehicle, name) in config.vehicles.iter().zip(["iver3", "companion"]) {
+    for (vehicle, number) in config.vehicles.iter().zip(0..) {
+        let name = if number == 0 { "iver3".to_owned() } else { format!("companion{number}") };
         text += &format!("[[vehicle]]\naddress = {vehicle}\nname = \"{name}\"\n\n");
     }
     text += &format!(

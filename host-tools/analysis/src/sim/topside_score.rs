@@ -1,4 +1,4 @@
-//! How well topside on the ship, and a companion, knew where they and the vehicle were.
+//! How well topside on the ship, and the companions, knew where they and the vehicle were.
 
 use backseat_logs::stats::ErrorSummary;
 use hil_sim::flight::{FlightLog, ShipSide};
@@ -7,20 +7,21 @@ use serde_json::{Value, json};
 /// Median and 95 % of an error, m.
 type Error = Option<[f64; 2]>;
 
-/// Rows of the score table: topside's knowledge of ship and vehicle, and the companion's.
-pub fn rows(flight: &FlightLog, companion: Option<&FlightLog>) -> Vec<(&'static str, [f64; 2])> {
+/// Rows of the score table: topside's knowledge of ship and vehicle, and the companions'.
+pub fn rows(flight: &FlightLog, companions: &[FlightLog]) -> Vec<(String, [f64; 2])> {
     let mut rows = vec![
-        ("topside: the ship", error(flight, |side| side.ship)),
-        ("topside: the vehicle", error(flight, |side| side.vehicle)),
+        ("topside: the ship".to_owned(), error(flight, |side| side.ship)),
+        ("topside: the vehicle".to_owned(), error(flight, |side| side.vehicle)),
     ];
-    if let Some(companion) = companion {
-        rows.push(("companion: its backseat", own_error(companion)));
-        rows.push(("topside: the companion", error(companion, |side| side.vehicle)));
+    for (companion, number) in companions.iter().zip(1..) {
+        let name = if companions.len() > 1 { format!("companion {number}") } else { "companion".to_owned() };
+        rows.push((format!("{name}: its backseat"), own_error(companion)));
+        rows.push((format!("topside: the {name}"), error(companion, |side| side.vehicle)));
     }
     rows.into_iter().filter_map(|(name, error)| Some((name, error?))).collect()
 }
 
-/// What became of the companion.
+/// What became of a companion.
 pub fn companion_json(flight: &FlightLog) -> Value {
     json!({"backseat": json_of(own_error(flight)), "topside": json(flight), "finished": flight.finished})
 }
@@ -48,7 +49,7 @@ fn error(flight: &FlightLog, pick: fn(&ShipSide) -> Option<[f64; 2]>) -> Error {
     quantiles(flight.ship_side.iter().filter_map(pick).map(|[error_m, _]| error_m))
 }
 
-/// The companion's own error, as its board reports it.
+/// A companion's own error, as its board reports it.
 fn own_error(flight: &FlightLog) -> Error {
     let known = flight.samples.iter().filter(|sample| sample.telemetry.sigma[0] > 0.0);
     quantiles(known.map(|sample| {

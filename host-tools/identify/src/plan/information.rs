@@ -3,6 +3,7 @@
 
 use crate::{Sample, parameters};
 use backseat_core::dynamics::{Attitude, VehicleModel, VehicleParameters};
+use backseat_core::identification::ACCELERATION_NOISE;
 use backseat_core::identification::aid::{Instant, model_acceleration};
 use backseat_core::identification::regressor::{Regressor, regressor};
 use backseat_core::identification::theta::{M11, PARAMETERS, Theta, theta_of};
@@ -14,9 +15,6 @@ const UNKNOWN: usize = PARAMETERS - 1;
 const FIRST: usize = M11 + 1;
 /// Share of its size by which a parameter may be wrong before anything is measured.
 const PRIOR: f64 = 0.3;
-/// Noise of an acceleration averaged over a second with the sensors of Table 4.13, m/s² and rad/s², and an allowance
-/// for the error of the model, about a thousandth of the acceleration.
-const NOISE: [f64; 6] = [0.015, 0.015, 0.015, 0.003, 0.003, 0.003];
 
 type Matrix = SMatrix<f64, UNKNOWN, UNKNOWN>;
 
@@ -54,7 +52,7 @@ impl<'a> Information<'a> {
             let acceleration = model_acceleration(&self.theta, &at);
             regressor(&acceleration, &sample.velocity, &down, &at.actuators, &mut y);
             for axis in 0..6 {
-                let weight = 1.0 / (NOISE[axis] * self.model.parameters().m_diag[axis]);
+                let weight = 1.0 / (ACCELERATION_NOISE[axis] * self.model.parameters().m_diag[axis]);
                 let row: [f64; UNKNOWN] = core::array::from_fn(|k| {
                     let j = FIRST + k;
                     y[(axis, j)] * self.scale[j] * weight

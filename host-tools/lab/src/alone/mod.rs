@@ -12,7 +12,7 @@ mod aids;
 mod bound;
 mod page;
 mod run;
-mod worlds;
+pub(crate) mod worlds;
 
 use crate::ensemble::{PartArgs, SeedArgs, all_runs};
 use crate::store::{Key, version};

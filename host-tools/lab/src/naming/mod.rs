@@ -3,6 +3,7 @@
 //! Flights of the default survey without a DVL, closed loop, the vehicle as declared until something changes at a time
 //! that a seed draws. Judged by what the board has sent.
 
+mod asking;
 mod draw;
 mod fly;
 mod page;
@@ -30,6 +31,9 @@ pub struct Args {
     /// What is gained where this is named and used: each flight named only, used by the filter, and by both
     #[arg(long, value_name = "CAUSE")]
     using: Option<using::Change>,
+    /// What is gained where the board flies manoeuvres to name this: each flight without and with them
+    #[arg(long, requires = "using")]
+    ask: bool,
     /// Write the page to this file (Markdown)
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
@@ -46,7 +50,7 @@ pub struct Args {
 /// A flight that fails, a file that cannot be written.
 pub fn run(args: &Args) -> anyhow::Result<()> {
     if let Some(change) = args.using {
-        return using::run(args, change);
+        return if args.ask { asking::run(args, change) } else { using::run(args, change) };
     }
     let flights: Vec<(Key, Drawn)> = (args.seed..args.seed + args.runs)
         .map(|seed| Ok(((String::new(), seed), drawn(seed, args.minutes)?)))

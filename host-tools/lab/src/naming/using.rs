@@ -12,6 +12,7 @@ use crate::judge::numbers::Draw;
 use crate::store::{Key, version};
 use crate::wrap::wrapped;
 use anyhow::{Context, anyhow};
+use backseat_core::navigation::naming::Cause;
 use backseat_logs::stats::{median, percentile, rms};
 use backseat_report::console;
 use backseat_report::markdown::markdown_table;
@@ -58,17 +59,19 @@ struct Flight {
     ended_min: f64,
 }
 
-struct Drawn {
-    scenario: Scenario,
-    what: String,
-    time_s: f64,
+pub(super) struct Drawn {
+    pub(super) scenario: Scenario,
+    pub(super) what: String,
+    pub(super) cause: Option<Cause>,
+    pub(super) time_s: f64,
 }
 
-fn drawn(seed: u64, change: Change, minutes: f64) -> anyhow::Result<Drawn> {
+pub(super) fn drawn(seed: u64, change: Change, minutes: f64) -> anyhow::Result<Drawn> {
     let mut draw = Draw::new(seed);
     let mut scenario = draw::survey(seed, minutes, "")?;
     let time_s = draw.between(600.0, 1200.0);
-    let fin = (1 + draw.below(4)) as f64;
+    let place = draw.below(4);
+    let fin = (1 + place) as f64;
     let effect = match change {
         Change::FinLost => {
             Effect::new("fin_lost", &[("fin", fin), ("share", draw.between(0.0, 0.4)), ("time_s", time_s)])
@@ -81,12 +84,19 @@ fn drawn(seed: u64, change: Change, minutes: f64) -> anyhow::Result<Drawn> {
             let (kg, x_m) = (draw.between(0.04, 0.14), draw.between(-0.3, 0.3));
             Effect::new("flooding", &[("kg", kg), ("kg_per_s", 0.005), ("x_m", x_m), ("time_s", time_s)])
         }
-        Change::None => return Ok(Drawn { scenario, what: "nothing".to_owned(), time_s }),
+        Change::None => return Ok(Drawn { scenario, what: "nothing".to_owned(), cause: None, time_s }),
     };
     let effect = effect.map_err(|error| anyhow!(error))?;
     let what = effect.to_string();
     scenario.settings.effects.push(effect);
-    Ok(Drawn { scenario, what, time_s })
+    let cause = match change {
+        Change::FinLost => Some(Cause::FinLost(place as u8)),
+        Change::FinStuck => Some(Cause::FinStuck(place as u8)),
+        Change::ThrustLost => Some(Cause::ThrustLost),
+        Change::Flooding => Some(Cause::WeightChanged),
+        Change::None => None,
+    };
+    Ok(Drawn { scenario, what, cause, time_s })
 }
 
 fn fly(drawn: &Drawn, naming: f64) -> anyhow::Result<Flight> {
@@ -196,7 +206,7 @@ pub fn run(args: &Args, change: Change) -> anyhow::Result<()> {
     console::print(text.as_bytes())
 }
 
-fn name_of(change: Change) -> String {
+pub(super) fn name_of(change: Change) -> String {
     use clap::ValueEnum as _;
     change.to_possible_value().map(|value| value.get_name().to_owned()).unwrap_or_default()
 }

@@ -291,6 +291,11 @@ impl Board {
         self.request(&ToBoard::FinWiggle)
     }
 
+    /// Releases the drop weight, or lets its output rest again.
+    pub fn drop_weight(&mut self, release: bool) -> anyhow::Result<Result<(), Refusal>> {
+        self.request(&ToBoard::DropWeight { release })
+    }
+
     /// The telemetry that comes in this time.
     pub fn listen(&mut self, time: Duration) -> anyhow::Result<Vec<Telemetry>> {
         let begun = Instant::now();

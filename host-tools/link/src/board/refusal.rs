@@ -61,7 +61,7 @@ pub const fn mode_reason(reason: ModeReason) -> &'static str {
         ModeReason::Restarted => "reset under way; position dates from before",
         ModeReason::Resets => "reset too often",
         ModeReason::StopUnanswered => "the frontseat does not acknowledge the stop",
-        ModeReason::Leak => "the frontseat reports a leak",
+        ModeReason::Leak => "a leak, by the frontseat or the board's own detector",
         ModeReason::TooDeep => "too deep (safety.depth_max_m, depth_below_leg_m)",
         ModeReason::TooLow => "too close to the bottom (safety.altitude_min_m)",
         ModeReason::DepthDoubtful => {
@@ -79,6 +79,8 @@ pub const fn mode_reason(reason: ModeReason) -> &'static str {
         ModeReason::ContactLost => "no acoustic range for too long (safety.contact_time_max_s)",
         ModeReason::ClockLost => "precise clock lost (safety.clock_time_max_s)",
         ModeReason::Overloaded => "the board's steps come late: it does not keep up",
+        ModeReason::FittingFailed => "last-resort hardware does not pass its test: see backseat check",
+        ModeReason::SupplyLow => "the supply is below its last level (app.supply_last_v)",
         ModeReason::Aborted => "the ship's acoustic abort",
     }
 }

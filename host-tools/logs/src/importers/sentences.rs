@@ -447,6 +447,8 @@ mod tests {
                 velocity_mps: [1.0, 0.0],
                 depth_m: 3.0,
                 position_sigma_m: 1.0,
+                ellipse: backseat_wire::ellipse::Ellipse::CIRCLE,
+                leans: false,
                 velocity_sigma_mps: 0.1,
                 heading_rad: 0.0,
                 level_m: [None; 2],

@@ -133,6 +133,7 @@ impl BoardLog {
             LogRecord::Edge { time_us } => (time_us, Event::Edge),
             LogRecord::Step { time_us, digest } => (time_us, Event::Step { digest }),
             LogRecord::Oscillator { time_us, oscillator } => (time_us, Event::Oscillator(oscillator)),
+            LogRecord::Fittings { time_us, readings } => (time_us, Event::Fittings(readings)),
             LogRecord::Lost { records } => (self.time_us, Event::Lost(records)),
         };
         self.time_us = time_us;

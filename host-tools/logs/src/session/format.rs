@@ -1,7 +1,7 @@
 //! Topics and messages as they stand in the file.
 
 use super::{Clock, Meta, port_named};
-use backseat_wire::hostlink::{ImageId, Oscillator, Port, Restart};
+use backseat_wire::hostlink::{FittingReadings, ImageId, Oscillator, Port, Restart};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -60,6 +60,7 @@ pub fn port_of(topic: &str) -> Option<(Port, Direction)> {
 pub enum Tick {
     Pps { time_us: u64 },
     Oscillator { time_us: u64, oscillator: Oscillator },
+    Fittings { time_us: u64, readings: FittingReadings },
     Restart { time_us: u64 },
     Step { time_us: u64, digest: String },
 }

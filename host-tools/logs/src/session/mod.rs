@@ -40,7 +40,7 @@ pub(crate) use reader::sound_part;
 pub use telemetry::{EstimateRow, EstimatesRow, FusionRow, TelemetryRow};
 pub use writer::Writer;
 
-use backseat_wire::hostlink::{ImageId, Oscillator, Port, Restart};
+use backseat_wire::hostlink::{FittingReadings, ImageId, Oscillator, Port, Restart};
 use std::collections::BTreeMap;
 
 /// Whose time the times of a session are.
@@ -134,6 +134,8 @@ pub enum Event {
     Edge,
     /// The board's clock counts this oscillator from here on (board logs).
     Oscillator(Oscillator),
+    /// Last-resort hardware reads this from here on.
+    Fittings(FittingReadings),
     /// The lock-step clock went back to zero: the app forgets everything but parameters and mission.
     Restart,
     /// The app took a step.

@@ -346,6 +346,7 @@ fn entry(topic: &str, header: &MessageHeader, data: &[u8]) -> Result<Option<Entr
         format::CLOCK => match json(data)? {
             Tick::Pps { .. } => Event::Edge,
             Tick::Oscillator { oscillator, .. } => Event::Oscillator(oscillator),
+            Tick::Fittings { readings, .. } => Event::Fittings(readings),
             Tick::Restart { .. } => Event::Restart,
             Tick::Step { digest, .. } => {
                 let digest = u64::from_str_radix(&digest, 16).map_err(|_| format!("digest `{digest}`"))?;

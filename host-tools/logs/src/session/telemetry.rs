@@ -153,7 +153,9 @@ pub struct FusionRow {
 impl From<&FusionTelemetry> for FusionRow {
     fn from(fusion: &FusionTelemetry) -> Self {
         let sensor = Sensor::ALL.get(usize::from(fusion.sensor)).map_or("unknown", |sensor| sensor.name());
-        let outcome = *["fused", "gated", "invalid", "stale"].get(usize::from(fusion.outcome)).unwrap_or(&"unknown");
+        let outcome = *["fused", "gated", "invalid", "stale", "uncertain", "redundant"]
+            .get(usize::from(fusion.outcome))
+            .unwrap_or(&"unknown");
         Self {
             t_s: seconds(fusion.time_us),
             board_t_s: seconds(fusion.time_us),

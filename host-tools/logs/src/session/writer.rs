@@ -86,6 +86,9 @@ impl Writer {
             Event::Oscillator(oscillator) => {
                 self.json(format::CLOCK, time_us, &Tick::Oscillator { time_us, oscillator: *oscillator })
             }
+            Event::Fittings(readings) => {
+                self.json(format::CLOCK, time_us, &Tick::Fittings { time_us, readings: *readings })
+            }
             Event::Restart => self.json(format::CLOCK, time_us, &Tick::Restart { time_us }),
             Event::Step { digest } => {
                 let digest = format!("{digest:016x}");

@@ -3,7 +3,7 @@
 use super::{Model, Severity, intended, words};
 
 use backseat_core::navigation::Sensor;
-use backseat_wire::hostlink::{Mode, Port};
+use backseat_wire::hostlink::{FittingState, Fittings, Mode, Port};
 
 /// Telemetry that is later than this is missing, s.
 const SILENT_S: f64 = 1.0;
@@ -41,6 +41,7 @@ pub fn of(model: &Model, now_us: u64) -> Vec<Alarm> {
     if heard {
         sensors(model, now_us, &mut raise);
         ports(model, &mut raise);
+        fittings(model, &mut raise);
     }
     let drifted = model.identified().iter().filter(|p| p.drifted).map(|p| p.name).collect::<Vec<_>>();
     if !drifted.is_empty() {
@@ -88,6 +89,19 @@ fn sensors(model: &Model, now_us: u64, raise: &mut impl FnMut(Severity, String))
         {
             raise(Severity::Warning, format!("{name} silent for {age_s:.0} s"));
         }
+    }
+}
+
+/// Last-resort hardware that has acted, or could not act.
+fn fittings(model: &Model, raise: &mut impl FnMut(Severity, String)) {
+    let Some(fittings) = model.health.as_ref().map(|health| health.fittings) else { return };
+    for (name, state) in Fittings::NAMES.into_iter().zip(fittings.states) {
+        if !matches!(state, FittingState::NotFitted | FittingState::Ready) {
+            raise(Severity::Critical, format!("{name} {}", words::fitting(state)));
+        }
+    }
+    if let Some(reason) = fittings.released {
+        raise(Severity::Critical, format!("drop weight released: {}", words::release(reason)));
     }
 }
 

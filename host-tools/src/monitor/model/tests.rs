@@ -143,6 +143,7 @@ pub fn flying() -> (Model, u64) {
                     latest_step_us: 0,
                     hardware: None,
                     refused_requests: 0,
+                    fittings: Default::default(),
                 }),
             );
         }

@@ -3,8 +3,8 @@
 use super::Severity;
 use backseat_link::named;
 use backseat_wire::hostlink::{
-    Activity, FaultCause, FaultDiagnosis, FaultReport, FaultState, LearntStored, LogState, Mode, ModeReason, Naming,
-    Oscillator, Port,
+    Activity, FaultCause, FaultDiagnosis, FaultReport, FaultState, FittingState, LearntStored, LogState, Mode,
+    ModeReason, Naming, Oscillator, Port, ReleaseReason,
 };
 
 /// Hours, minutes, seconds of UTC; without it the board's own time.
@@ -45,6 +45,26 @@ pub fn mode(mode: Mode, why: ModeReason) -> String {
     match reason(why) {
         "" => mode_name(mode).to_owned(),
         why => format!("{}: {why}", mode_name(mode)),
+    }
+}
+
+pub const fn fitting(state: FittingState) -> &'static str {
+    match state {
+        FittingState::NotFitted => "not fitted",
+        FittingState::Silent => "not read",
+        FittingState::Ready => "ready",
+        FittingState::Active => "active",
+        FittingState::Wrong => "wrong",
+    }
+}
+
+pub const fn release(reason: ReleaseReason) -> &'static str {
+    match reason {
+        ReleaseReason::Leak => "leak",
+        ReleaseReason::TooDeep => "too deep",
+        ReleaseReason::SupplyLow => "supply low",
+        ReleaseReason::NoAscent => "the vehicle did not rise",
+        ReleaseReason::Commanded => "by command",
     }
 }
 

@@ -43,6 +43,7 @@ fn a_board_alone_fails_where_it_hears_nothing() {
         ("oscillator", "ok"),
         ("PPS", "fail"),
         ("mode", "fail"),
+        ("last resort", "note"),
         ("parameters", "ok"),
         ("mission", "note"),
     ];

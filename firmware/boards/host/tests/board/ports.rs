@@ -85,7 +85,8 @@ impl Bench {
     }
 
     fn step(&mut self, time_us: u64, bytes: &[u8]) -> StepDone {
-        let mut step = Step { time_us, pps_us: Default::default(), chunks: Default::default() };
+        let mut step =
+            Step { time_us, pps_us: Default::default(), chunks: Default::default(), fittings: Default::default() };
         if !bytes.is_empty() {
             self.write(Port::Frontseat, bytes);
             let length = u16::try_from(bytes.len()).unwrap();

@@ -120,7 +120,12 @@ fn ship_state() {
 
 fn host_link() {
     let mut buffer = [0; hostlink::MAX_FRAME];
-    let step = ToBoard::Step(Step { time_us: 100_000, pps_us: Default::default(), chunks: Default::default() });
+    let step = ToBoard::Step(Step {
+        time_us: 100_000,
+        pps_us: Default::default(),
+        chunks: Default::default(),
+        fittings: Default::default(),
+    });
     let bytes = hostlink::encode(&step, &mut buffer).unwrap_or_default();
     let mut decoder = hostlink::Decoder::new();
     frame("host link, step", bytes, |rest| {

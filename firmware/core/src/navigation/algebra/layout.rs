@@ -1,4 +1,4 @@
-//! Which state stands where: vehicle 12 | effects | ship 6 | delayed states 6 each.
+//! Which state stands where: vehicle 12 | effects | ship 6 | other vehicles 2 each | delayed states 6 each.
 
 use crate::navigation::interface::effect_states::MAX_EFFECTS;
 use crate::navigation::interface::measurement::CloneId;
@@ -10,10 +10,14 @@ pub(crate) const PLANT_STATES: usize = 16;
 pub(crate) const SHIP_STATES: usize = 6;
 /// States of one clone: the ship's six, or the vehicle's position and velocity over ground.
 pub(crate) const CLONE_STATES: usize = 6;
+/// States of another vehicle: how far north and east its statement is off.
+pub(crate) const PEER_STATES: usize = 2;
+/// Other vehicles at most: a team of six.
+pub(crate) const PEERS: usize = 5;
 /// Clones held at most.
 pub(crate) const CLONES: usize = 2;
-/// Most states at one time: 50.
-pub(crate) const N_MAX: usize = VEHICLE_STATES + MAX_EFFECTS + SHIP_STATES + CLONES * CLONE_STATES;
+/// Most states at one time: 54. A filter that has the ship among its states has room for two other vehicles.
+pub(crate) const N_MAX: usize = VEHICLE_STATES + MAX_EFFECTS + PEERS * PEER_STATES + CLONES * CLONE_STATES;
 /// States behind the vehicle's.
 pub(crate) const TAIL: usize = N_MAX - VEHICLE_STATES;
 /// First effect state.
@@ -45,6 +49,8 @@ pub(crate) struct Layout {
     current: bool,
     current_rate: bool,
     ship: bool,
+    /// Modem addresses.
+    peers: [Option<u8>; PEERS],
     slots: [Option<Slot>; CLONES],
     /// Number of clones ever taken; no reset clears it, so that an old id never becomes valid again.
     generation: u32,
@@ -52,7 +58,15 @@ pub(crate) struct Layout {
 
 impl Layout {
     pub(crate) const fn new() -> Self {
-        Self { effects: 0, current: false, current_rate: false, ship: false, slots: [None; CLONES], generation: 0 }
+        Self {
+            effects: 0,
+            current: false,
+            current_rate: false,
+            ship: false,
+            peers: [None; PEERS],
+            slots: [None; CLONES],
+            generation: 0,
+        }
     }
 
     /// Vehicle and effects only; a current's two states are the first of these, its rates the next.
@@ -61,13 +75,44 @@ impl Layout {
         self.current = current && self.effects > 1;
         self.current_rate = self.current && current_rate && self.effects > 3;
         self.ship = false;
+        self.peers = [None; PEERS];
         self.slots = [None; CLONES];
     }
 
     /// Number of states.
     pub(crate) fn len(&self) -> usize {
         let clones = self.slots.iter().flatten().count();
-        (EFFECTS + self.effects + usize::from(self.ship) * SHIP_STATES + clones * CLONE_STATES).min(N_MAX)
+        (self.clones_begin() + clones * CLONE_STATES).min(N_MAX)
+    }
+
+    fn clones_begin(&self) -> usize {
+        let peers = self.peers.iter().flatten().count();
+        EFFECTS + self.effects + usize::from(self.ship) * SHIP_STATES + peers * PEER_STATES
+    }
+
+    /// Whether so many further states leave room for every clone.
+    pub(crate) fn has_room(&self, count: usize) -> bool {
+        self.clones_begin() + count + CLONES * CLONE_STATES <= N_MAX
+    }
+
+    /// Where the states of the vehicle with this modem address stand, if it has any.
+    pub(crate) fn peer(&self, address: u8) -> Option<usize> {
+        let place = self.peers.iter().position(|peer| *peer == Some(address))?;
+        Some(self.ship_place() + usize::from(self.ship) * SHIP_STATES + place * PEER_STATES)
+    }
+
+    /// Makes room for the states of another vehicle, behind those that have some, and says where, if there is any.
+    pub(crate) fn add_peer(&mut self, address: u8) -> Option<usize> {
+        let at = self.clones_begin();
+        let place = self.peers.iter().position(Option::is_none).filter(|_| self.has_room(PEER_STATES))?;
+        *self.peers.get_mut(place)? = Some(address);
+        self.shift_clones(|at| at + PEER_STATES);
+        Some(at)
+    }
+
+    /// Whether there are delayed states.
+    pub(crate) fn has_clones(&self) -> bool {
+        self.slots.iter().any(Option::is_some)
     }
 
     /// Where the current's two states stand, if they are estimated.

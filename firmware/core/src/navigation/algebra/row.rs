@@ -35,6 +35,13 @@ impl Row {
         }
     }
 
+    /// States come to stand at `at`: those from there on are further behind.
+    pub(crate) fn shift(&mut self, at: usize, count: usize) {
+        for index in self.indices.iter_mut().take(self.len).filter(|index| usize::from(**index) >= at) {
+            *index = index.wrapping_add(count as u8);
+        }
+    }
+
     /// a h.
     pub(crate) fn scale(&mut self, a: f64) {
         for value in self.values.iter_mut().take(self.len) {

@@ -256,6 +256,13 @@ impl Navigator {
         self.others.iter_mut().for_each(|member| member.follow(&mut step));
     }
 
+    /// Since the last fix the position rests on another vehicle's packets too.
+    #[must_use]
+    pub fn leans(&self) -> bool {
+        let mut others = self.others.iter().filter(|member| member.runs);
+        self.main.leans() || others.any(|member| member.filter.leans())
+    }
+
     /// The filter of the vehicle as declared, while it runs.
     #[must_use]
     pub fn nominal(&self) -> Option<&Filter> {

@@ -17,6 +17,7 @@ use crate::navigation::interface::fixed_effects::water_of;
 use crate::navigation::interface::initial::{InitialShip, InitialState};
 use crate::navigation::interface::measurement::Sensor;
 use crate::navigation::trust::innovation_monitor::InnovationMonitor;
+use crate::navigation::trust::peers::Peers;
 use crate::parameters::ProcessNoise;
 use crate::parameters::{self, NOISE};
 use crate::state::{VehicleState, Y};
@@ -32,6 +33,7 @@ pub struct Filter {
     pub(super) x: Estimate,
     pub(super) p: Covariance,
     pub(super) monitor: InnovationMonitor,
+    pub(super) peers: Peers,
     /// When a position or a velocity was last used, µs.
     pub(super) heard_us: u64,
     /// The vehicle has lain at the surface with its elevators hard over for this time, s.
@@ -61,6 +63,7 @@ impl Filter {
             x: Estimate::new(),
             p: Covariance::new(),
             monitor: InnovationMonitor::new(),
+            peers: Peers::NONE,
             heard_us: 0,
             held_s: 0.0,
             effects: Effects::new(),
@@ -172,6 +175,7 @@ impl Filter {
         }
         self.effects.restart();
         self.monitor = InnovationMonitor::new();
+        self.peers = Peers::NONE;
         self.heard_us = time_us;
         self.held_s = 0.0;
         self.time_us = time_us;
@@ -212,7 +216,8 @@ impl Filter {
     /// Makes the ship known (again) at the filter's present time; ship clones are forgotten.
     ///
     /// # Errors
-    /// Not initialised, or a value that is not finite (sigma: not positive).
+    /// Not initialised, a value that is not finite (sigma: not positive), or three other vehicles, beside which there is
+    /// no room.
     pub fn initialise_ship(&mut self, ship: &InitialShip) -> Result<(), NavigationError> {
         self.initialise_ship_observed(ship, &mut ())
     }
@@ -231,6 +236,9 @@ impl Filter {
         }
         check(&ship.state, &ship.sigma)?;
         self.forget_ship(observer);
+        if !self.x.layout.has_room(SHIP_STATES) {
+            return Err(NavigationError::NotInitialised);
+        }
         let (n, at) = (self.dimension(), self.x.layout.ship_place());
         self.p.insert(n, at, SHIP_STATES);
         self.x.insert(n, at, SHIP_STATES);

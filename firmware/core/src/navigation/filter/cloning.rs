@@ -94,14 +94,15 @@ impl Filter {
     }
 
     /// The ship's end of an acoustic path, of a ship that is a state as a packet would report it; `None`: it was dropped,
-    /// or there is none: a transponder is no ship.
+    /// or there is none: a transponder is no ship, nor is another
+    /// vehicle.
     #[must_use]
     pub(crate) fn ship_end(&self, end: &ShipEnd) -> Option<ShipReport> {
         let at = match *end {
             ShipEnd::Reported(report) => return Some(report),
             ShipEnd::Delayed(clone) => self.x.clone_at(clone, CloneKind::Ship)?,
             ShipEnd::Now => self.x.layout.ship()?,
-            ShipEnd::Transponder(_) => return None,
+            ShipEnd::Transponder(_) | ShipEnd::Peer(_) => return None,
         };
         let sigma = |i: usize| libm::sqrt(self.variance(i).max(self.variance(i + 1)));
         Some(ShipReport {

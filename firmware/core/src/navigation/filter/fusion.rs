@@ -10,7 +10,9 @@ use crate::navigation::algebra::observation::{Observation, Refused};
 use crate::navigation::algebra::observer::{LinearStep, Observer, ScalarUpdate};
 use crate::navigation::interface::effect_states::StateParameter;
 use crate::navigation::interface::error::NavigationError;
-use crate::navigation::interface::measurement::{FusionOutcome, FusionRecord, Fusions, Measurement, Sensor};
+use crate::navigation::interface::measurement::{
+    AcousticPath, FusionOutcome, FusionRecord, Fusions, Measurement, Sensor, ShipEnd,
+};
 use crate::navigation::sources::{
     attitude, depth, dvl, range, range_rate, rates, ship_gnss, two_way, usbl, vehicle_gnss,
 };
@@ -45,9 +47,17 @@ impl Filter {
             self.refuse(sensor, scalars, FusionOutcome::Invalid, fusions);
             return;
         }
-        match self.observe(measurement) {
-            Ok(()) => self.update(sensor, fusions, observer),
-            Err(outcome) => self.refuse(sensor, scalars, outcome, fusions),
+        let peer = match measurement {
+            Measurement::Range { path: AcousticPath { ship: ShipEnd::Peer(peer), .. }, .. } => Some(peer),
+            _ => None,
+        };
+        if let Some(peer) = peer {
+            self.expect_peer(peer);
+        }
+        match (self.observe(measurement), peer) {
+            (Ok(()), None) => self.update(sensor, fusions, observer),
+            (Ok(()), Some(peer)) => self.fuse_peer(peer, fusions, observer),
+            (Err(outcome), _) => self.refuse(sensor, scalars, outcome, fusions),
         }
     }
 
@@ -143,6 +153,9 @@ impl Filter {
         } else if alert {
             self.leave_at_least(sensor, self.monitor.floor(sensor));
         }
+        if sensor == Sensor::VehicleGnss {
+            self.peers.leans = false;
+        }
         if waves {
             self.learn_waves(fusions);
         }
@@ -160,7 +173,7 @@ impl Filter {
     }
 
     /// P hᵀ of one scalar into `w`; returns S = h P hᵀ + R.
-    fn project(&mut self, axis: usize) -> f64 {
+    pub(super) fn project(&mut self, axis: usize) -> f64 {
         let n = self.dimension();
         let Some(observation) = self.observations.as_slice().get(axis) else { return f64::NAN };
         self.p.times_row(n, &observation.row, &mut self.w);
@@ -168,7 +181,7 @@ impl Filter {
     }
 
     /// Updates by the scalar whose P hᵀ is in `w`; `false` when the filter has failed.
-    fn fuse_scalar(&mut self, innovation: f64, variance: f64) -> bool {
+    pub(super) fn fuse_scalar(&mut self, innovation: f64, variance: f64) -> bool {
         if !(variance.is_finite() && variance > 0.0) {
             self.failure = Some(NavigationError::NotPositive);
             return false;
@@ -227,7 +240,7 @@ impl Filter {
         }
     }
 
-    fn record(
+    pub(super) fn record(
         &self,
         sensor: Sensor,
         axis: usize,
@@ -321,7 +334,7 @@ impl Filter {
             Sensor::Rates => P..P + 3,
             Sensor::BottomTrack | Sensor::WaterTrack => U..U + 3,
             Sensor::RangeRate => U..U + 2,
-            Sensor::VehicleGnss | Sensor::Range | Sensor::Usbl => X..X + 2,
+            Sensor::VehicleGnss | Sensor::Range | Sensor::Usbl | Sensor::Peer => X..X + 2,
             Sensor::ShipGnss => self.x.layout.ship().map_or(0..0, |at| at..at + 2),
         }
     }

@@ -8,6 +8,7 @@ mod effects;
 pub(super) mod estimates;
 mod fusion;
 mod learnt;
+mod peers;
 pub(super) mod prediction;
 #[cfg(test)]
 mod tests;

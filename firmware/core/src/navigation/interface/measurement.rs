@@ -26,11 +26,13 @@ pub enum Sensor {
     RangeRate,
     /// Range and direction by USBL.
     Usbl,
+    /// One-way range to another vehicle.
+    Peer,
 }
 
 impl Sensor {
     /// All sensors, in the order of their discriminants.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 11] = [
         Self::Depth,
         Self::Attitude,
         Self::Rates,
@@ -41,6 +43,7 @@ impl Sensor {
         Self::Range,
         Self::RangeRate,
         Self::Usbl,
+        Self::Peer,
     ];
 
     /// Name used in logs, telemetry and JSON.
@@ -57,6 +60,7 @@ impl Sensor {
             Self::Range => "range",
             Self::RangeRate => "range_rate",
             Self::Usbl => "usbl",
+            Self::Peer => "peer",
         }
     }
 }
@@ -97,6 +101,19 @@ pub struct ShipReport {
     pub velocity_sigma_mps: f64,
 }
 
+/// Another vehicle as its packet says.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PeerReport {
+    /// Its modem address.
+    pub address: u8,
+    /// Its transducer at the time of launch: north, east, down, m.
+    pub position_m: [f64; 3],
+    /// Variance north, covariance, variance east, m².
+    pub covariance_m2: [f64; 3],
+    /// Since its last fix it has used another vehicle's range.
+    pub leans: bool,
+}
+
 /// The ship's end of an acoustic path, or what is there in place of a ship.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ShipEnd {
@@ -108,6 +125,8 @@ pub enum ShipEnd {
     Reported(ShipReport),
     /// A fixed transponder (LBL) at this declared place: north, east, down, m.
     Transponder([f64; 3]),
+    /// Another vehicle, whose errors of one packet are those of the next.
+    Peer(PeerReport),
 }
 
 /// What the angles of a USBL fix count from.
@@ -216,7 +235,7 @@ pub enum Measurement {
 }
 
 impl Measurement {
-    /// Which sensor it comes from; a two-way ping is a range.
+    /// Which sensor it comes from; a two-way ping is a range, a range to another vehicle is none.
     #[must_use]
     pub const fn sensor(&self) -> Sensor {
         match self {
@@ -227,6 +246,7 @@ impl Measurement {
             Self::WaterTrack { .. } => Sensor::WaterTrack,
             Self::VehicleGnss { .. } => Sensor::VehicleGnss,
             Self::ShipGnss { .. } => Sensor::ShipGnss,
+            Self::Range { path: AcousticPath { ship: ShipEnd::Peer(_), .. }, .. } => Sensor::Peer,
             Self::Range { .. } | Self::TwoWayRange { .. } => Sensor::Range,
             Self::RangeRate { .. } => Sensor::RangeRate,
             Self::Usbl { .. } => Sensor::Usbl,
@@ -291,6 +311,8 @@ pub enum FusionOutcome {
     StaleClone,
     /// A range rate while the position is too uncertain for it: not used, and no contradiction. NaN, as if invalid.
     PositionUncertain,
+    /// A range to another vehicle that would tell little, or whose place may rest on this filter's own.
+    Redundant,
 }
 
 /// The one record that every scalar fusion leaves.

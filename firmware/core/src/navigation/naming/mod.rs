@@ -1,5 +1,6 @@
 //! Naming what has changed, on board and in flight.
 
+mod ask;
 mod candidate;
 mod causes;
 mod coarse;
@@ -8,6 +9,7 @@ mod evidence;
 mod onset;
 mod scatter;
 mod sensitivities;
+mod separate;
 mod statement;
 mod sums;
 mod taken;

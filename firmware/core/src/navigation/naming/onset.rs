@@ -11,11 +11,11 @@
 
 use super::columns::COLUMNS;
 use super::sums::{Direction, Sums, along};
-use crate::navigation::algebra::layout::CLONE_STATES;
+use crate::navigation::algebra::layout::{CLONE_STATES, PEER_STATES, PEERS};
 use crate::state::{PSI, U, V, VEHICLE_STATES, X, Y, Z};
 
 /// The vehicle and two delayed states.
-pub(super) const STATES: usize = VEHICLE_STATES + 2 * CLONE_STATES;
+pub(super) const STATES: usize = VEHICLE_STATES + PEERS * PEER_STATES + 2 * CLONE_STATES;
 /// States whose error at an onset the filter remembers: the others are measured within seconds.
 pub(super) const REMEMBERED: [usize; 6] = [X, Y, Z, PSI, U, V];
 /// One sigma of what a change may have done to each within a block: m, rad, m/s.

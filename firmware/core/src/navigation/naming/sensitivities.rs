@@ -219,7 +219,18 @@ impl Observer for Sensitivities {
                     }
                 }
             }
-            LinearStep::Insert { .. } => {} // a ship's states: not on a vehicle
+            // another vehicle's error: it is where it is, whatever this one has
+            LinearStep::Insert { at, count } => {
+                for column in self.columns_mut() {
+                    for i in (*at..STATES).rev() {
+                        let kept = i.checked_sub(*count).filter(|from| from >= at);
+                        let value = kept.and_then(|from| column.get(from)).copied().unwrap_or(0.0);
+                        if let Some(own) = column.get_mut(i) {
+                            *own = value;
+                        }
+                    }
+                }
+            }
             LinearStep::Remove { at, count } => {
                 for column in self.columns_mut() {
                     for i in *at..STATES {

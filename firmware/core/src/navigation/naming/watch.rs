@@ -7,13 +7,14 @@ use super::evidence::{Factor, Number, Weighed};
 use super::onset::REMEMBERED;
 use super::scatter::Scatter;
 use super::sensitivities::{ONSETS, Sensitivities};
+use super::separate::Pair;
 use super::statement::{Named, Statement};
 use super::taken::{Taken, colour_of, numbers};
 use super::used::Used;
 use crate::dynamics::ActuatorInput;
 use crate::navigation::filter::cekf::Filter;
-use crate::navigation::interface::measurement::Measurement;
-use crate::state::{VEHICLE_STATES, VehicleState, Z};
+use crate::navigation::interface::measurement::{Measurement, Sensor};
+use crate::state::{VehicleState, Z};
 
 /// Length of a block, µs of counted time.
 const BLOCK_US: u64 = 20_000_000;
@@ -58,7 +59,7 @@ pub struct Naming {
     sensitivities: Sensitivities,
     started: bool,
     start_us: u64,
-    last_us: u64,
+    pub(super) last_us: u64,
     /// Deep enough for so long, µs.
     deep_us: u64,
     counted_us: u64,
@@ -91,6 +92,8 @@ pub struct Naming {
     was_named: bool,
     /// The cause that the filter or the controller uses.
     used: Used,
+    /// The two causes that are the most probable.
+    pub(super) pair: Pair,
 }
 
 impl Naming {
@@ -122,6 +125,7 @@ impl Naming {
             is_new: false,
             was_named: false,
             used: Used::NONE,
+            pair: Pair::NONE,
         }
     }
 
@@ -141,10 +145,11 @@ impl Naming {
         (self.leading, self.streaks, self.left_over) = ([0; 2], [0; 2], 0);
         self.taken = [Taken::NONE; 2];
         self.used = Used::NONE;
+        self.pair.forget();
         self.started = true;
     }
 
-    fn hours(&self, time_us: u64) -> f64 {
+    pub(super) fn hours(&self, time_us: u64) -> f64 {
         time_us.saturating_sub(self.start_us) as f64 / 3.6e9
     }
 
@@ -179,7 +184,8 @@ impl Naming {
     pub fn will_fuse(&mut self, filter: Option<&Filter>, measurement: &Measurement) -> &mut Sensitivities {
         if let Some(filter) = filter {
             let hours = self.hours(filter.time_us());
-            let counts = self.started && self.counts();
+            // what another vehicle says is no evidence of this one's state
+            let counts = self.started && self.counts() && measurement.sensor() != Sensor::Peer;
             self.sensitivities.will_fuse(filter, measurement, hours, counts);
         }
         &mut self.sensitivities
@@ -202,7 +208,7 @@ impl Naming {
             self.counted_us += since_us;
         }
         match self.stage {
-            Stage::Idle if self.is_block_full() && filter.dimension() == VEHICLE_STATES => self.close_block(now_us),
+            Stage::Idle if self.is_block_full() && !filter.has_clones() => self.close_block(now_us),
             Stage::Idle => {}
             Stage::Weigh => self.weigh(),
             Stage::Open => self.open(),
@@ -385,6 +391,9 @@ impl Naming {
         let cause = cause.filter(|cause| cause.fin().is_none() || cause.fin() != first.and_then(Cause::fin));
         let (Some(cause), Some(slot), Some(taken)) = (cause, self.fresh.get_mut(number), self.taken.get_mut(number))
         else {
+            if number == 0 {
+                self.pair.forget();
+            }
             return self.state(number);
         };
         let Weighed { size, sigma, gain, .. } = candidate.weighed;
@@ -401,6 +410,7 @@ impl Naming {
         *taken = Taken { place: place as u8 + 1, time_us: candidate.time_us };
         if number == 0 {
             self.explained = gain;
+            self.pair.see(&self.candidates, width);
         }
         self.take_as_there(number == 0);
         (self.place, self.left, self.stage) = (0, 0.0, Stage::Open);

@@ -8,9 +8,20 @@ use crate::navigation::algebra::layout::{CLONE_VELOCITY, CloneKind, SHIP_VELOCIT
 use crate::navigation::algebra::observation::{Observation, Refused};
 use crate::navigation::algebra::row::Row;
 use crate::navigation::interface::config::NavigationConfig;
-use crate::navigation::interface::measurement::{AcousticPath, FusionOutcome, ShipEnd, ShipReport, VehicleEnd};
+use crate::navigation::interface::measurement::{
+    AcousticPath, FusionOutcome, PeerReport, ShipEnd, ShipReport, VehicleEnd,
+};
 use crate::state::{PHI, U, X};
-use nalgebra::Vector3;
+use nalgebra::{Matrix2, Vector3};
+
+/// No other vehicle is believed to know its place better than this per axis, m: arms, and the step of its pulse.
+const PEER_SIGMA_M: f64 = 1.0;
+
+/// Covariance of another vehicle's statement, m².
+pub(crate) fn stated(peer: &PeerReport) -> Matrix2<f64> {
+    let ([north, cross, east], least) = (peer.covariance_m2, PEER_SIGMA_M * PEER_SIGMA_M);
+    Matrix2::new(north.max(least), cross, cross, east.max(least))
+}
 
 /// Both ends, resolved against the state.
 pub(crate) struct Path<'a> {
@@ -30,9 +41,13 @@ enum Vehicle {
 }
 
 enum Ship<'a> {
-    State { at: usize },
+    State {
+        at: usize,
+    },
     Reported(&'a ShipReport),
     Transponder,
+    /// Its statement, and where the states of its error stand.
+    Peer(&'a PeerReport, Option<usize>),
 }
 
 /// A scalar's gradient by an end's position and velocity.
@@ -62,6 +77,11 @@ impl<'a> Path<'a> {
             ShipEnd::Delayed(id) => ship_state(x.clone_at(*id, CloneKind::Ship).ok_or(FusionOutcome::StaleClone)?),
             ShipEnd::Reported(report) => (Ship::Reported(report), at_depth(report.position_m)),
             ShipEnd::Transponder(place_m) => (Ship::Transponder, Vector3::from(*place_m)),
+            ShipEnd::Peer(report) => {
+                let at = x.layout.peer(report.address);
+                let [north, east] = at.map_or([0.0; 2], |at| x.block::<2>(at));
+                (Ship::Peer(report, at), Vector3::from(report.position_m) - Vector3::new(north, east, 0.0))
+            }
         };
         let dp = p_vehicle - p_ship;
         let Distance { distance_m, direction } = distance(&dp).ok_or(FusionOutcome::Invalid)?;
@@ -86,7 +106,7 @@ impl<'a> Path<'a> {
         let [north, east] = match self.ship {
             Ship::State { at } => x.block::<2>(at + SHIP_VELOCITY),
             Ship::Reported(report) => report.velocity_mps,
-            Ship::Transponder => [0.0; 2],
+            Ship::Transponder | Ship::Peer(..) => [0.0; 2],
         };
         vehicle - Vector3::new(north, east, 0.0)
     }
@@ -114,7 +134,8 @@ impl<'a> Path<'a> {
         }
     }
 
-    /// Adds what the ship contributes: to h, or to R by h_s P_s h_sᵀ where it was reported. The ship subtracts.
+    /// Adds what the ship contributes: to h, or to R by h_s P_s h_sᵀ where it was reported. The ship subtracts, what
+    /// another vehicle states too much adds.
     pub(crate) fn add_ship(&self, by: &Gradient, out: &mut Observation) {
         let row = &mut out.row;
         match self.ship {
@@ -132,6 +153,14 @@ impl<'a> Path<'a> {
                     + horizontal(&by.velocity) * report.velocity_sigma_mps * report.velocity_sigma_mps;
             }
             Ship::Transponder => {}
+            Ship::Peer(_, Some(at)) => {
+                row.push(at, by.position.x);
+                row.push(at + 1, by.position.y);
+            }
+            Ship::Peer(report, None) => {
+                let by = by.position.xy();
+                out.variance += by.dot(&(stated(report) * by));
+            }
         }
     }
 }

@@ -53,6 +53,7 @@ impl Consistency {
             }
             FusionOutcome::Gated => tally.rejected = tally.rejected.saturating_add(1),
             FusionOutcome::Invalid | FusionOutcome::StaleClone => tally.invalid = tally.invalid.saturating_add(1),
+            FusionOutcome::Redundant => {}
             FusionOutcome::PositionUncertain => tally.position_uncertain = tally.position_uncertain.saturating_add(1),
         }
     }

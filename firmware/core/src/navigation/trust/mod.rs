@@ -4,5 +4,6 @@ pub(super) mod consistency;
 pub(super) mod innovation_monitor;
 pub(super) mod innovation_window;
 pub(super) mod integrity;
+pub(super) mod peers;
 pub(super) mod source_state;
 pub(super) mod waves;

@@ -39,7 +39,7 @@ pub(crate) fn growth_rate(sensor: Sensor) -> f64 {
         // drag or thrust that changes by some percent a minute
         Sensor::BottomTrack | Sensor::WaterTrack | Sensor::RangeRate => 2.0e-3,
         // an undeclared current, or a tide that has turned
-        Sensor::Range | Sensor::Usbl => 0.15,
+        Sensor::Range | Sensor::Usbl | Sensor::Peer => 0.15,
         // the same; but it is the one absolute reference, and the vehicle waits at the surface
         Sensor::VehicleGnss => 0.5,
         Sensor::ShipGnss => 1.0,
@@ -54,7 +54,7 @@ pub(crate) fn largest_sigma(sensor: Sensor) -> f64 {
         Sensor::Attitude => 0.5,
         Sensor::Rates => 0.2,
         Sensor::BottomTrack | Sensor::WaterTrack | Sensor::RangeRate => 0.5,
-        Sensor::VehicleGnss | Sensor::ShipGnss | Sensor::Range | Sensor::Usbl => 5.0e3,
+        Sensor::VehicleGnss | Sensor::ShipGnss | Sensor::Range | Sensor::Usbl | Sensor::Peer => 5.0e3,
     }
 }
 

@@ -9,6 +9,7 @@ mod integrity;
 mod invariance;
 mod mini_run;
 mod order;
+mod peers;
 mod recovery;
 mod robust;
 mod support;

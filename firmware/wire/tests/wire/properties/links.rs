@@ -2,8 +2,8 @@
 
 use backseat_wire::boardlog::{LogRecord, VALUES};
 use backseat_wire::hostlink::{
-    Chunk, Decoder, Frame, FromBoard, FusionTelemetry, ImageId, MAX_CHUNKS, MAX_FRAME, MAX_PPS, Mode, ModeReason,
-    ParameterInfo, Port, Refusal, Step, StepDone, Telemetry, ToBoard, Waypoint, encode,
+    Chunk, Decoder, FittingReadings, Frame, FromBoard, FusionTelemetry, ImageId, MAX_CHUNKS, MAX_FRAME, MAX_PPS, Mode,
+    ModeReason, ParameterInfo, Port, Refusal, Step, StepDone, Telemetry, ToBoard, Waypoint, encode,
 };
 use proptest::array::{uniform2, uniform4, uniform12};
 use proptest::collection::vec;
@@ -27,6 +27,7 @@ fn step() -> impl Strategy<Value = Step> {
         time_us,
         pps_us: pps.into_iter().collect(),
         chunks: chunks.into_iter().collect(),
+        fittings: FittingReadings { leak: Some(true), supply_v: Some(24.5), ..Default::default() },
     })
 }
 

@@ -64,7 +64,7 @@ pub fn scenario_of(conditions: &Conditions, seed: u64) -> anyhow::Result<Scenari
     acoustics.slots = conditions
         .slots_s
         .iter()
-        .map(|&offset_s| Slot { offset_s, exchange: Exchange::Downlink, companion: false })
+        .map(|&offset_s| Slot { offset_s, exchange: Exchange::Downlink, companion: None })
         .collect();
     let sensors = &mut settings.sensors;
     let ([depth_hz, depth_m], [ahrs_hz, tilt_deg, heading_deg]) = (conditions.depth, conditions.attitude);

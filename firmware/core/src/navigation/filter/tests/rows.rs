@@ -144,6 +144,12 @@ impl Scene {
                 depth = S::from(down);
                 ([north, east].map(S::from), [S::from(0.0); 2])
             }
+            ShipEnd::Peer(peer) => {
+                let [north, east, down] = peer.position_m;
+                depth = S::from(down);
+                let at = layout.peer(peer.address).expect("known");
+                ([S::from(north) - x[at], S::from(east) - x[at + 1]], [S::from(0.0); 2])
+            }
         };
         ([p[0] - ship_p[0], p[1] - ship_p[1], p[2] - depth], [v[0] - ship_v[0], v[1] - ship_v[1], v[2]])
     }

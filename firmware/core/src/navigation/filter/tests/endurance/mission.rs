@@ -2,9 +2,7 @@
 
 extern crate std;
 
-use super::reference::Reference;
 use crate::dynamics::{ActuatorInput, Attitude, VehicleModel, VehicleParameters};
-use crate::navigation::filter::cekf::Filter;
 use crate::navigation::*;
 use crate::random::Random;
 use crate::state::{P, PHI, PSI, Q, R, THETA, U, VehicleState, X, Y, Z, wrap_angle};
@@ -27,11 +25,9 @@ const SHIP_SPEED_MPS: f64 = 1.0;
 /// The effects' walks forget over this time, s, or they would leave their ranges within the days.
 const MEMORY_S: f64 = 1.0e5;
 
-/// A clone held, and where its states stand.
-struct Held {
-    id: CloneId,
-    at: usize,
-}
+/// Steps between two restarts of the bank, an hour, and within it the start and the end of a silence of ten minutes.
+pub const RESTART_EVERY: u64 = 36_000;
+const SILENCE: core::ops::Range<u64> = 12_000..18_000;
 
 /// Truth, its sensors, and what the modem does.
 pub struct Mission {
@@ -46,19 +42,36 @@ pub struct Mission {
     effects: [f64; 4],
     /// x, y, ẋ, ẏ.
     ship: [f64; 4],
-    held: Vec<Held>,
+    /// The clones held.
+    held: Vec<CloneId>,
+    /// The robust bank flies it: restarts, silences, and a vehicle that is not quite as declared.
+    robust: bool,
     /// Position and velocity over ground of the vehicle, and the ship, at the acoustic events of this slot.
     vehicle_event: ([f64; 3], [f64; 3]),
     ship_event: [f64; 4],
 }
 
 impl Mission {
+    /// For the nominal filter, which estimates four effects.
     pub fn new() -> Self {
         let states = EffectStates::water_current(0.1, 1.0e-4)
             .with("linear_drag", "surge_ns_per_m", 0.3, 1.0e-3)
             .and_then(|states| states.with("gyro_bias", "r_radps", 1.0e-3, 1.0e-6))
             .expect("states of the catalogue");
         let config = NavigationConfig { effect_states: states, range_curvature: 1.0e6, ..NavigationConfig::REFERENCE };
+        Self::with(config, false)
+    }
+
+    /// For the robust bank: its gyro has no bias, which it does not estimate.
+    pub fn robust() -> Self {
+        let mut config = NavigationConfig { range_curvature: 1.0e6, ..NavigationConfig::REFERENCE };
+        config.make_robust();
+        let mut mission = Self::with(config, true);
+        mission.effects[3] = 0.0;
+        mission
+    }
+
+    fn with(config: NavigationConfig, robust: bool) -> Self {
         let mut noise = Random(2);
         let initial = initial();
         let mut x = initial.state;
@@ -81,16 +94,37 @@ impl Mission {
             corner: 0,
             ship: event,
             held: Vec::new(),
+            robust,
             vehicle_event: ([0.0; 3], [0.0; 3]),
             ship_event: event,
         }
     }
 
-    /// Configures and starts a filter.
-    pub fn start(&self, navigator: &mut Filter) {
-        navigator.configure(&self.config, &self.model).expect("a valid configuration");
-        navigator.initialise(0, &initial()).expect("a valid start");
-        navigator.initialise_ship(&ship()).expect("a valid ship");
+    /// Starts a bank, or starts it again with what it has learnt, where the vehicle and the ship are.
+    pub fn start(&mut self, bank: &mut Navigator) {
+        let (mut vehicle, mut craft) = (initial(), ship());
+        if self.step == 0 {
+            bank.configure(&self.config, &VehicleModel::new(&VehicleParameters::IVER3).expect("the reference vehicle"))
+                .expect("a valid configuration");
+        } else {
+            for i in 0..12 {
+                vehicle.state[i] = self.x[i] + vehicle.sigma[i] * self.noise.normal();
+            }
+            for (i, truth) in [0, 1, 3, 4].into_iter().zip(self.ship) {
+                craft.state[i] = truth + craft.sigma[i] * self.noise.normal();
+            }
+        }
+        let learnt = (self.step > 0).then(|| bank.main().learnt(1).expect("numbers that make a covariance"));
+        bank.initialise(self.step * STEP_US, &vehicle).expect("a valid start");
+        if let Some(learnt) = learnt {
+            bank.start_from(&learnt);
+        }
+        bank.initialise_ship(&craft).expect("a valid ship");
+    }
+
+    /// Whether the bank starts again before the next step; no clone is held then.
+    pub fn restarts(&self) -> bool {
+        self.robust && self.step > 0 && self.step.is_multiple_of(RESTART_EVERY)
     }
 
     /// Moves the truth by one step and says what the actuators did.
@@ -114,9 +148,12 @@ impl Mission {
             self.x[PSI] = wrap_angle(self.x[PSI]);
             self.sail(h);
         }
-        for (effect, state) in self.effects.iter_mut().zip(self.config.effect_states.iter()) {
+        // The bank does not estimate the last two as such: they do not walk there.
+        let walks = self.config.effect_states.iter().map(|state| state.random_walk_per_sqrt_s);
+        for (k, (effect, walk)) in self.effects.iter_mut().zip(walks).enumerate() {
+            let walk = if self.robust && k > 1 { 0.0 } else { walk };
             *effect *= 1.0 - STEP_S / MEMORY_S;
-            *effect += state.random_walk_per_sqrt_s * STEP_S.sqrt() * self.noise.normal();
+            *effect += walk * STEP_S.sqrt() * self.noise.normal();
         }
         self.input
     }
@@ -164,27 +201,19 @@ impl Mission {
         ([self.x[X], self.x[Y], self.x[Z]], [v.x + self.effects[0], v.y + self.effects[1], v.z])
     }
 
-    /// Takes the clones that are due.
-    pub fn clones(&mut self, navigator: &mut Filter, reference: &mut Reference) {
-        let vehicle = |navigator: &mut Filter| navigator.clone_vehicle().expect("room");
-        let ship = |navigator: &mut Filter| navigator.clone_ship().expect("room");
-        let at = navigator.dimension();
-        let mut take = |clone: &dyn Fn(&mut Filter) -> CloneId, held: &mut Vec<Held>| {
-            let id = clone(navigator);
-            reference.clone_with(clone, id);
-            held.push(Held { id, at });
-        };
+    /// Takes the clones that are due by `take`, which says how the vehicle's (true) or the ship's is called.
+    pub fn clones(&mut self, mut take: impl FnMut(bool) -> CloneId) {
         match self.slot() {
             (0, 10) => {
-                take(&ship, &mut self.held);
+                self.held.push(take(false));
                 self.ship_event = self.ship;
             }
             (1 | 2, 10) => {
-                take(&vehicle, &mut self.held);
+                self.held.push(take(true));
                 self.vehicle_event = self.vehicle_now();
             }
             (2, 14) => {
-                take(&ship, &mut self.held);
+                self.held.push(take(false));
                 self.ship_event = self.ship;
             }
             // The sound arrives 0.3 s before the modem says so.
@@ -192,19 +221,15 @@ impl Mission {
                 self.vehicle_event = self.vehicle_now();
                 self.ship_event = self.ship;
             }
-            (3, 13) => take(&vehicle, &mut self.held),
+            (3, 13) => self.held.push(take(true)),
             _ => {}
         }
     }
 
     /// Drops all clones at the end of an exchange.
-    pub fn drop_clones(&mut self, navigator: &mut Filter, reference: &mut Reference) {
+    pub fn drop_clones(&mut self, drop: impl FnMut(CloneId)) {
         if self.slot().1 == 60 {
-            for held in self.held.drain(..).rev() {
-                let n = navigator.dimension();
-                navigator.drop_clone(held.id);
-                reference.drop_clone(held.id, held.at..held.at + n - navigator.dimension());
-            }
+            self.held.drain(..).rev().for_each(drop);
         }
     }
 
@@ -226,7 +251,9 @@ impl Mission {
             let position_m = [0, 1].map(|i| self.ship[i] + sensors.ship_gnss_m * self.noise.normal());
             all.push(Measurement::ShipGnss { position_m });
         }
-        self.exchange(&mut all);
+        if !(self.robust && SILENCE.contains(&(self.step % RESTART_EVERY))) {
+            self.exchange(&mut all);
+        }
         all
     }
 
@@ -234,7 +261,7 @@ impl Mission {
     fn exchange(&mut self, all: &mut Vec<Measurement>) {
         let (here, ship_here) = (self.vehicle_now(), self.ship);
         let (vehicle_event, ship_event) = (self.vehicle_event, self.ship_event);
-        let id = |i: usize| self.held[i].id;
+        let id = |i: usize| self.held[i];
         let (path, vehicle, ship) = match self.slot() {
             (0, 15) => ((VehicleEnd::Now, ShipEnd::Delayed(id(0))), here, ship_event),
             (1, 15) => ((VehicleEnd::Delayed { clone: id(0), bridge_s: 0.0 }, ShipEnd::Now), vehicle_event, ship_here),

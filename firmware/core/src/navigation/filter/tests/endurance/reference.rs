@@ -6,14 +6,23 @@
 extern crate std;
 
 use crate::dynamics::ActuatorInput;
+use crate::effects::Step;
 use crate::navigation::algebra::covariance::{ROWS, Vector};
-use crate::navigation::algebra::layout::{CloneKind, EFFECTS, N_MAX, SHIP_VELOCITY};
+use crate::navigation::algebra::layout::{CLONE_STATES, CloneKind, EFFECTS, N_MAX, SHIP_STATES, SHIP_VELOCITY};
 use crate::navigation::filter::cekf::Filter;
-use crate::navigation::{CloneId, FusionOutcome, Fusions, Measurement, Sensor};
-use crate::state::{VEHICLE_STATES, X, Y, wrap_angle};
+use crate::navigation::filter::effects::Effects;
+use crate::navigation::{CloneId, FusionOutcome, Fusions, Measurement, Sensor, StateParameter};
+use crate::state::{U, VEHICLE_STATES, X, Y, wrap_angle};
 use std::boxed::Box;
 use std::vec;
 use std::vec::Vec;
+
+/// Square of the frequency of the semidiurnal tide, 12.42 h, rad²/s²: while nobody is heard, the rate of the current
+/// changes by −ω² times the current.
+const TIDE_OMEGA2: f64 = {
+    let omega = core::f64::consts::TAU / (12.42 * 3600.0);
+    omega * omega
+};
 
 pub struct Reference {
     /// State and functions.
@@ -31,17 +40,11 @@ pub struct Deviation {
 }
 
 impl Reference {
-    /// From a filter that has just been started, and how to start another.
-    pub fn of(navigator: &Filter, start: impl Fn(&mut Filter)) -> Self {
-        let mut shadow = Box::new(Filter::new());
-        start(&mut shadow);
-        let n = navigator.dimension();
-        let s = (0..n).map(|i| {
-            let mut row = vec![0.0; n];
-            row[i] = navigator.variance(i).sqrt();
-            row
-        });
-        let mut reference = Self { shadow, s: s.collect(), clones: Vec::new() };
+    /// From a filter that holds no clone: its state, and the root of its covariance.
+    pub fn of(filter: &Filter) -> Self {
+        let n = filter.dimension();
+        let p: Vec<Vec<f64>> = (0..n).map(|i| (0..n).map(|j| filter.propagated_covariance(i, j)).collect()).collect();
+        let mut reference = Self { shadow: Box::new(filter.clone()), s: root(&p), clones: Vec::new() };
         reference.set_shadow_covariance(0.0);
         reference
     }
@@ -60,35 +63,63 @@ impl Reference {
         if let Some(model) = &mut shadow.model {
             shadow.effects.retune(model, t_s, &shadow.config, &shadow.x);
         }
-        shadow.discretise(h, input);
-        shadow.time_us = to_us;
+        let mut input = *input;
+        if shadow.effects.actuate() {
+            input = shadow.effects.actuated(&input, &Step { t_s, h_s: h }, &shadow.config, &shadow.x);
+        }
+        shadow.discretise(h, &input);
         self.move_state(h);
         self.move_root(h);
+        self.shadow.time_us = to_us;
         // A wide S costs more than making it square from time to time.
         if self.s[0].len() > 4 * self.s.len() {
             triangularise(&mut self.s);
         }
     }
 
+    /// Each state that another drives, and that other: positions by the current and by the ship's velocity.
+    fn pairs(&self) -> Vec<(usize, usize)> {
+        let layout = &self.shadow.x.layout;
+        let ship = layout.ship().expect("a ship");
+        let current = layout.current().into_iter().flat_map(|at| [(X, at), (Y, at + 1)]);
+        current.chain((0..3).map(|i| (ship + i, ship + SHIP_VELOCITY + i))).collect()
+    }
+
+    /// The current's states and their rates.
+    fn tide(&self) -> Vec<(usize, usize)> {
+        let rate = self.shadow.x.layout.current_rate();
+        rate.into_iter().flat_map(|rate| [(EFFECTS, rate), (EFFECTS + 1, rate + 1)]).collect()
+    }
+
     fn move_state(&mut self, h: f64) {
+        let (pairs, tide, alone) = (self.pairs(), self.tide(), self.shadow.is_alone());
         let x = &mut self.shadow.x;
         for (x, increment) in x.vehicle.iter_mut().zip(&self.shadow.step.increment) {
             *x += increment;
         }
         x.wrap_heading();
-        let current = x.layout.current().expect("a current");
-        let ship = x.layout.ship().expect("a ship");
-        for i in 0..2 {
-            x.vehicle[X + i] += h * x.get(current + i);
+        for (position, velocity) in pairs {
+            let moved = h * x.get(velocity);
+            if position < VEHICLE_STATES {
+                x.vehicle[position] += moved;
+            } else {
+                x.add_tail(position, moved);
+            }
         }
-        for i in 0..3 {
-            x.add_tail(ship + i, h * x.get(ship + SHIP_VELOCITY + i));
+        for (current, rate) in tide {
+            let change = h * x.get(rate);
+            x.vehicle[X + current - EFFECTS] += 0.5 * h * change;
+            x.add_tail(current, change);
+            if alone {
+                x.add_tail(rate, -TIDE_OMEGA2 * h * x.get(current));
+            }
         }
     }
 
     /// S → [Φ S, G] with G Gᵀ = Q.
     fn move_root(&mut self, h: f64) {
-        let (step, config) = (&self.shadow.step, &self.shadow.config);
+        let (pairs, tide, alone) = (self.pairs(), self.tide(), self.shadow.is_alone());
+        let step = &self.shadow.step;
         let phi: Vec<_> = (0..VEHICLE_STATES)
             .map(|j| {
                 let mut unit = [0.0; VEHICLE_STATES];
@@ -109,15 +140,16 @@ impl Reference {
                 add(&mut self.s[i], effect.gamma[i], &source);
             }
         }
-        let current = self.shadow.x.layout.current().expect("a current");
-        let ship = self.shadow.x.layout.ship().expect("a ship");
-        let pairs = [(X, current), (Y, current + 1), (ship, ship + 3), (ship + 1, ship + 4), (ship + 2, ship + 5)];
-        for (position, velocity) in pairs {
-            let source = self.s[velocity].clone();
-            add(&mut self.s[position], h, &source);
+        for &(position, velocity) in &pairs {
+            self.shear(position, velocity, h);
+        }
+        for &(current, rate) in &tide {
+            self.shear(X + current - EFFECTS, rate, 0.5 * h * h);
+            self.shear(current, rate, h);
         }
 
-        let mut q = [[0.0; VEHICLE_STATES]; VEHICLE_STATES];
+        let (step, config) = (&self.shadow.step, &self.shadow.config);
+        let mut q = vec![vec![0.0; VEHICLE_STATES]; VEHICLE_STATES];
         for i in 0..VEHICLE_STATES {
             for j in 0..VEHICLE_STATES {
                 q[i][j] = step.q[i.min(j)][i.max(j)];
@@ -125,15 +157,21 @@ impl Reference {
         }
         let vehicle: Vec<usize> = (0..VEHICLE_STATES).collect();
         let mut noise = vec![(vehicle, root(&q))];
-        let states: Vec<_> = config.effect_states.iter().map(|state| state.random_walk_per_sqrt_s).collect();
+        let walks: Vec<_> = config.effect_states.iter().map(|state| state.random_walk_per_sqrt_s).collect();
         let (linear, angular) =
             (config.ship_noise.linear_mps2_per_sqrt_hz, config.ship_noise.angular_radps2_per_sqrt_hz);
-        for ((position, velocity), walk) in pairs.into_iter().zip([states[0], states[1], linear, linear, angular]) {
+        for (position, velocity) in pairs {
+            let walk = match position {
+                X | Y => walks[velocity - EFFECTS],
+                _ if velocity == EFFECTS + walks.len() + SHIP_STATES - 1 => angular,
+                _ => linear,
+            };
             let a = walk * walk;
-            let q = [[a * h * h * h / 3.0, a * h * h / 2.0], [a * h * h / 2.0, a * h]];
+            let q = vec![vec![a * h * h * h / 3.0, a * h * h / 2.0], vec![a * h * h / 2.0, a * h]];
             noise.push((vec![position, velocity], root(&q)));
         }
-        for (slot, walk) in states.iter().enumerate().skip(2) {
+        let currents = if self.shadow.x.layout.current().is_some() { 2 } else { 0 };
+        for (slot, walk) in walks.iter().enumerate().skip(currents).filter(|(_, walk)| **walk > 0.0) {
             noise.push((vec![EFFECTS + slot], vec![vec![walk * h.sqrt()]]));
         }
         for (places, factor) in noise {
@@ -143,17 +181,29 @@ impl Reference {
                 self.s[*place][width..].copy_from_slice(factor);
             }
         }
+        if alone {
+            for (current, rate) in tide {
+                self.shear(rate, current, -TIDE_OMEGA2 * h);
+            }
+        }
     }
 
-    /// Takes in what the filter took in.
-    pub fn fuse(&mut self, measurement: &Measurement, fusions: &Fusions) {
+    /// Row `i` of S += a times row `j`.
+    fn shear(&mut self, i: usize, j: usize, a: f64) {
+        let source = self.s[j].clone();
+        add(&mut self.s[i], a, &source);
+    }
+
+    /// Takes in what `filter` took in of a measurement, and judges the sensors and the sea as it does.
+    pub fn fuse(&mut self, measurement: &Measurement, fusions: &Fusions, filter: &Filter) {
         let n = self.s.len();
         self.shadow.fuse(measurement);
         assert!(self.shadow.failure.is_none());
+        (self.shadow.monitor, self.shadow.heard_us) = (filter.monitor.clone(), filter.heard_us);
         let mut moved = [0.0; N_MAX];
         for (axis, record) in fusions.iter().enumerate() {
             match record.outcome {
-                FusionOutcome::Gated => continue,
+                FusionOutcome::Gated | FusionOutcome::PositionUncertain => continue,
                 outcome => assert_eq!(outcome, FusionOutcome::Fused),
             }
             let item = &self.shadow.observations.as_slice()[axis];
@@ -161,22 +211,41 @@ impl Reference {
             let is_angle = record.sensor == Sensor::Attitude;
             let innovation = if is_angle { wrap_angle(innovation) } else { innovation };
             let (row, variance) = (item.row, item.variance);
-            // Potter: φ = Sᵀhᵀ, S → S − γ (S φ) φᵀ.
             let mut phi = vec![0.0; self.s[0].len()];
             for (state, value) in row.iter() {
                 add(&mut phi, value, &self.s[state]);
             }
             let s = dot(&phi, &phi) + variance;
-            let gamma = 1.0 / (s + (variance * s).sqrt());
             let mut gain: Vector = [0.0; ROWS];
-            for i in 0..n {
-                let g = dot(&self.s[i], &phi);
-                gain[i] = g / s;
-                moved[i] += gain[i] * innovation;
-                add(&mut self.s[i], -gamma * g, &phi);
+            (0..n).for_each(|i| gain[i] = dot(&self.s[i], &phi) / s);
+            let considered = self.considered();
+            if considered.is_empty() {
+                // Potter: φ = Sᵀhᵀ, S → S − γ (S φ) φᵀ.
+                let gamma = s / (s + (variance * s).sqrt());
+                (0..n).for_each(|i| add(&mut self.s[i], -gamma * gain[i], &phi));
+            } else {
+                // Schmidt: no gain on these; S → [S − K φᵀ, K √R].
+                considered.iter().for_each(|i| gain[*i] = 0.0);
+                for (row, gain) in self.s.iter_mut().zip(gain) {
+                    add(row, -gain, &phi);
+                    row.push(gain * variance.sqrt());
+                }
             }
+            (0..n).for_each(|i| moved[i] += gain[i] * innovation);
             self.shadow.x.correct(&gain, innovation);
         }
+        Effects::bound(&self.shadow.config, &mut self.shadow.x);
+    }
+
+    /// The states that are only considered while nobody is heard.
+    fn considered(&self) -> Vec<usize> {
+        let states = || (EFFECTS..).zip(self.shadow.config.effect_states.iter());
+        let is_factor = |parameter| matches!(parameter, StateParameter::LogFactor(_));
+        if !self.shadow.is_alone() || !states().any(|(_, state)| is_factor(state.parameter)) {
+            return Vec::new();
+        }
+        let by_place = states().filter(|(_, state)| state.parameter.is_told_by_place()).map(|(at, _)| at);
+        [X, Y, U].into_iter().chain(by_place).collect()
     }
 
     /// Takes the same clone as the filter.
@@ -195,11 +264,14 @@ impl Reference {
         self.clones.push(id);
     }
 
-    /// Drops the clone that the filter drops, whose states are `places`.
-    pub fn drop_clone(&mut self, id: CloneId, places: core::ops::Range<usize>) {
+    /// Drops the clone that the filter drops.
+    pub fn drop_clone(&mut self, id: CloneId) {
+        let layout = &self.shadow.x.layout;
+        let at = [CloneKind::Vehicle, CloneKind::Ship].iter().find_map(|kind| layout.clone_at(id, *kind));
+        let at = at.expect("a clone");
         self.shadow.drop_clone(id);
         self.clones.retain(|held| *held != id);
-        self.s.drain(places);
+        self.s.drain(at..at + CLONE_STATES);
         assert_eq!(self.s.len(), self.shadow.dimension());
     }
 
@@ -249,15 +321,16 @@ fn add(a: &mut [f64], k: f64, b: &[f64]) {
 }
 
 /// Lower triangular G with G Gᵀ = q; what rounding leaves of a pivot that is zero is zero.
-fn root<const N: usize>(q: &[[f64; N]; N]) -> Vec<Vec<f64>> {
-    let mut g = vec![vec![0.0; N]; N];
-    for j in 0..N {
+fn root(q: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    let n = q.len();
+    let mut g = vec![vec![0.0; n]; n];
+    for j in 0..n {
         let pivot = q[j][j] - dot(&g[j][..j], &g[j][..j]);
         if pivot <= 1.0e-15 * q[j][j] {
             continue;
         }
         g[j][j] = pivot.sqrt();
-        for i in j + 1..N {
+        for i in j + 1..n {
             g[i][j] = (q[i][j] - dot(&g[i][..j], &g[j][..j])) / g[j][j];
         }
     }

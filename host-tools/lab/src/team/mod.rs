@@ -1,0 +1,63 @@
+//! `cargo lab team`: four vehicles that hear each other, and a ship that leaves after twenty minutes.
+//!
+//! | module | |
+//! |---|---|
+//! | `run` | cases, and the flight of one seed |
+//! | `page` | the tables and the picture |
+
+mod page;
+mod run;
+
+use crate::ensemble::{PartArgs, SeedArgs, all_runs};
+use crate::store::{Key, version};
+use anyhow::{Context, bail};
+use backseat_report::console;
+use run::{CASES, Case};
+use std::path::PathBuf;
+
+/// Command line.
+#[derive(clap::Args, Clone, Debug)]
+pub struct Args {
+    #[command(flatten)]
+    ensemble: SeedArgs,
+    /// Cases, separated by commas [default: all]
+    #[arg(long, value_name = "NAME,…", value_delimiter = ',')]
+    cases: Vec<String>,
+    #[command(flatten)]
+    part: PartArgs,
+    /// Write the page to this file as well (Markdown)
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+    /// Write the picture to this file (SVG)
+    #[arg(long, value_name = "FILE")]
+    picture: Option<PathBuf>,
+}
+
+/// Flies and prints the page.
+///
+/// # Errors
+/// An unknown case; a flight that fails; a file that cannot be written.
+pub fn run(args: &Args) -> anyhow::Result<()> {
+    if let Some(name) = args.cases.iter().find(|name| CASES.iter().all(|case| case.name != **name)) {
+        bail!("no case {name}; there are {}", CASES.map(|case| case.name).join(", "));
+    }
+    let is_asked = |case: &Case| args.cases.is_empty() || args.cases.iter().any(|name| name == case.name);
+    let cases: Vec<Case> = CASES.into_iter().filter(is_asked).collect();
+    args.ensemble.limit_jobs();
+    let all =
+        args.ensemble.seeds().flat_map(|seed| cases.iter().map(move |case| ((case.name.to_owned(), seed), *case)));
+    let jobs: Vec<(Key, Case)> = all.collect();
+    let fly = |seed: u64, case: &Case| run::run(*case, seed);
+    let Some(runs) = all_runs("flights", &args.part, version("team", "")?, &jobs, fly)? else { return Ok(()) };
+    let of_case = |case: &Case| jobs.iter().zip(&runs).filter(|((_, of), _)| of == case).map(|(_, run)| run).collect();
+    let flown: Vec<page::Flown<'_>> =
+        cases.iter().map(|case| page::Flown { case: *case, runs: of_case(case) }).collect();
+    if let Some(path) = &args.picture {
+        std::fs::write(path, page::picture(&flown)).with_context(|| path.display().to_string())?;
+    }
+    let page = page::page(&flown, args);
+    if let Some(path) = &args.out {
+        std::fs::write(path, &page).with_context(|| path.display().to_string())?;
+    }
+    console::print(page.as_bytes())
+}
