@@ -88,8 +88,8 @@ pub struct Scores {
     pub position_against: Option<&'static str>,
     /// Smallest p of all channels, times their number.
     pub innovation_whiteness_p: f64,
-    /// Largest autocorrelation of any channel with at least 400 samples.
-    pub max_autocorrelation: f64,
+    /// Largest autocorrelation of any channel with at least 400 samples, if there is one.
+    pub max_autocorrelation: Option<f64>,
     /// By channel.
     pub whiteness: Vec<Whiteness>,
     /// Root mean square of prediction minus reading, of each channel of [`PREDICTED`] at each horizon.
@@ -119,11 +119,6 @@ pub fn of(
     let whiteness = whiteness(log_data, pass, DataPart::Judge);
     let prediction = predictions(log_data, pass, set);
     let innovation_whiteness_p = whiteness_p(&whiteness);
-    let largest = whiteness
-        .iter()
-        .filter(|w| w.count >= LEAST_FOR_CORRELATION)
-        .flat_map(|w| &w.correlation)
-        .fold(0.0_f64, |largest, r| largest.max(r.abs()));
     let corrected = set.corrected(proposal::corrected(log, &pass.proposed));
     let run = navigate(&corrected, vehicle, set, truth, use_dvl)?;
     let seconds = |time_us: u64| (time_us as f64 - log_data.samples.start_us as f64) * 1e-6;
@@ -144,13 +139,19 @@ pub fn of(
         position_rmse_m: rms(&held),
         position_against: (!held.is_empty()).then_some(against),
         innovation_whiteness_p,
-        max_autocorrelation: largest,
+        max_autocorrelation: max_autocorrelation(&whiteness),
         whiteness,
         prediction,
         position_errors,
         track: run.track.iter().map(|sample| (sample.state[0], sample.state[1])).collect(),
         unexplained_variance: Vec::new(),
     })
+}
+
+/// Largest autocorrelation of the channels that have enough samples.
+pub(crate) fn max_autocorrelation(whiteness: &[Whiteness]) -> Option<f64> {
+    let enough = whiteness.iter().filter(|w| w.count >= LEAST_FOR_CORRELATION);
+    enough.flat_map(|w| &w.correlation).map(|r| r.abs()).max_by(f64::total_cmp)
 }
 
 /// Root mean square of the position's errors where data judge between those that were fitted, and in the forecast.

@@ -150,7 +150,7 @@ fn cells(scores: &Scores) -> Vec<String> {
         optional(scores.velocity_rmse_mps, 4),
         optional(scores.position_rmse_m, 2),
         probability(scores.innovation_whiteness_p),
-        format!("{:.3}", scores.max_autocorrelation),
+        optional(scores.max_autocorrelation, 3),
     ];
     cells.extend(scores.unexplained_variance.iter().map(|(_, share)| format!("{share:.3}")));
     cells

@@ -7,7 +7,7 @@ use crate::read_log::{ReadLog, file_name};
 use anyhow::anyhow;
 use backseat_core::dynamics::ParameterError;
 use backseat_diagnose::torpedo::carry::{self, Drift};
-use backseat_diagnose::torpedo::{self, Found, HORIZONS_S, Parameter, Predictions, TorpedoDiagnosis, Torque};
+use backseat_diagnose::torpedo::{self, Found, HORIZONS_S, Parameter, Predictions, Step, TorpedoDiagnosis, Torque};
 use backseat_identify::short_runs::predict::{CHANNELS, Squares, start_of};
 use backseat_identify::short_runs::recording::{Wanted, Window, windows};
 use backseat_identify::short_runs::{Draft, Run, RunModel};
@@ -99,13 +99,7 @@ fn drifts(d: &TorpedoDiagnosis) -> anyhow::Result<Vec<(String, Drift)>> {
 /// The report; `vehicle_file` was written.
 pub fn report(result: &RunsResult, log: &Log, vehicle_file: Option<&Path>) -> anyhow::Result<Report> {
     let d = &result.diagnosis;
-    let names: Vec<&str> = d.found.iter().map(|found| found.entry.name).collect();
-    let verdict = verdict(d);
-    let answer = match names.as_slice() {
-        [] => "None. The textbook's model with its coefficients fitted is all that these runs show.".to_owned(),
-        _ => format!("{verdict}: these runs need {}, strongest first.", names.join(", ")),
-    };
-    let mut report = Report::new(format!("Diagnosis of {}", file_name(&log.path)), answer);
+    let mut report = Report::new(format!("Diagnosis of {}", file_name(&log.path)), answer(d));
     report = report.table(effects(d));
     for found in &d.found {
         report = report.text(&format!("{}: {}. {}.", found.entry.name, found.entry.equation, found.entry.signature));
@@ -139,6 +133,26 @@ pub fn report(result: &RunsResult, log: &Log, vehicle_file: Option<&Path>) -> an
     Ok(provenance::of(values(report, result), None))
 }
 
+/// The verdict, what was found, and what the textbook and the model found miss on runs that the fit had not.
+fn answer(d: &TorpedoDiagnosis) -> String {
+    let names: Vec<&str> = d.found.iter().map(|found| found.entry.name).collect();
+    let found = match verdict(d) {
+        "none" => "None. The textbook's model with its coefficients fitted is all that these runs show.".to_owned(),
+        "explained" => format!("Explained. These runs need {}, strongest first.", names.join(", ")),
+        _ => format!("Ambiguous. These runs need {}, strongest first; some look like others.", names.join(", ")),
+    };
+    let missed = |step: &Step, channel| step.rms(&d.runs, None, COMPARED, channel);
+    let gains = CHANNELS.iter().enumerate().filter_map(|(channel, (name, _))| {
+        let [before, after] = [d.steps.first()?, d.steps.last()?].map(|step| missed(step, channel));
+        Some(format!("{name} {:.3} -> {:.3}", before?, after?))
+    });
+    let gains: Vec<String> = gains.collect();
+    if gains.is_empty() {
+        return found;
+    }
+    format!("{found} Held-out predictions over {:.0} s, textbook -> found: {}.", HORIZONS_S[COMPARED], gains.join(", "))
+}
+
 fn verdict(d: &TorpedoDiagnosis) -> &'static str {
     match d.found.first() {
         None => "none",
@@ -149,7 +163,9 @@ fn verdict(d: &TorpedoDiagnosis) -> &'static str {
 
 fn interval(parameter: &Parameter) -> String {
     let [low, high] = parameter.ci95;
-    format!("{:.4} {} ({low:.4} to {high:.4})", parameter.value, parameter.unit)
+    // a factor has no unit
+    let unit = parameter.unit.trim_start_matches('1');
+    format!("{:.4} {unit} ({low:.4} to {high:.4})", parameter.value).replace("  ", " ")
 }
 
 /// The configuration that a name such as `k_uu[1]` belongs to, in words.

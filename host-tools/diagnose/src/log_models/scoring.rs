@@ -3,7 +3,7 @@
 use super::layout::Layout;
 use super::model::{LogModel, Row, Unexplained};
 use crate::samples::ResidualChannel;
-use crate::scores::{HORIZONS_S, PREDICTED, Scores, Whiteness, whiteness_p};
+use crate::scores::{HORIZONS_S, PREDICTED, Scores, Whiteness, max_autocorrelation, whiteness_p};
 use crate::split::DataPart;
 use crate::statistics;
 use crate::whitener::Pass;
@@ -11,8 +11,6 @@ use backseat_logs::stats::{autocorrelation, rms};
 
 /// Lags of the whiteness test.
 const LAGS: usize = 20;
-/// Samples from which on an autocorrelation is known to 0.05 (one sigma).
-const LEAST_FOR_CORRELATION: usize = 400;
 
 /// Scores of rows and their pass.
 pub(super) fn scores(model: &impl LogModel, layout: &Layout, pass: &Pass, rows: &[Row]) -> Scores {
@@ -29,13 +27,12 @@ pub(super) fn scores(model: &impl LogModel, layout: &Layout, pass: &Pass, rows: 
     let unexplained_variance = measures.unexplained.iter().filter_map(share).collect();
     let whiteness = whiteness(layout, pass);
     let position_rmse_m = judged(&measures.position);
-    let enough = whiteness.iter().filter(|w| w.count >= LEAST_FOR_CORRELATION);
     Scores {
         velocity_rmse_mps: judged(&measures.velocity),
         position_rmse_m,
         position_against: measures.against.filter(|_| position_rmse_m.is_some()),
         innovation_whiteness_p: whiteness_p(&whiteness),
-        max_autocorrelation: enough.flat_map(|w| &w.correlation).fold(0.0, |largest, r| r.abs().max(largest)),
+        max_autocorrelation: max_autocorrelation(&whiteness),
         whiteness,
         prediction: vec![[None; HORIZONS_S.len()]; PREDICTED.len()],
         position_errors: measures.position,

@@ -15,7 +15,7 @@ const LEGEND_SWATCH: i32 = 30;
 const MARGIN_RIGHT: i32 = 22;
 const MARGIN_TOP: i32 = 10;
 const AXIS_TITLE: i32 = 26;
-const X_LABELS: i32 = 55;
+const X_LABELS: i32 = 46;
 /// Drawing into a string cannot fail: plotters' errors are those of files and fonts.
 const IN_MEMORY: &str = "an SVG in memory has no file and no font to fail on";
 

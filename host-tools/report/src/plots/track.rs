@@ -9,12 +9,14 @@ use crate::palette::{FAINT, ORANGE, SERIES, SKY, TEXT, TRUTH};
 /// Square root of the 95 % quantile of chi-square with two degrees of freedom: standard deviations to the edge of the
 /// ellipse.
 const ELLIPSE_95: f64 = 2.447_746_8;
-const MOST_ELLIPSES: usize = 60;
 const MOST_PATHS: usize = 130;
 const MOST_WAYPOINTS: usize = 500;
 const MOST_POINTS: usize = 4000;
+const MOST_ELLIPSES: usize = 60;
 /// Half axis in pixels below which a typical ellipse is enlarged.
 const SMALLEST_ELLIPSE: f64 = 9.0;
+/// Pixels of track from one ellipse to the next: closer, they cover the track and one another.
+const ELLIPSE_SPACING: f64 = 40.0;
 const TRUTH_LOOK: Mark = Mark::Line { width: 5.0, opacity: 0.35 };
 const ESTIMATE_LOOK: Mark = Mark::Line { width: 2.0, opacity: 1.0 };
 const SHIP_LOOK: Mark = Mark::Line { width: 2.0, opacity: 0.9 };
@@ -50,7 +52,8 @@ pub fn track(plot: &TrackPlot<'_>) -> String {
     let metres_per_pixel = frame.pixel().0;
 
     let nth_path = stride(paths.len(), MOST_PATHS);
-    let nth_ellipse = stride(ellipses.len(), MOST_ELLIPSES);
+    let most_ellipses = (length(&ellipses) / metres_per_pixel / ELLIPSE_SPACING) as usize;
+    let nth_ellipse = stride(ellipses.len(), most_ellipses.clamp(2, MOST_ELLIPSES));
     let enlarged = enlargement(&ellipses, metres_per_pixel);
     frame.legend = legend(plot, &ellipses, enlarged, nth_ellipse, (paths.len(), nth_path));
 
@@ -154,6 +157,11 @@ fn half_axes(e: &Ellipse) -> Option<(f64, f64)> {
     let mean = (e.xx_m2 + e.yy_m2) / 2.0;
     let spread = ((e.xx_m2 - e.yy_m2) / 2.0).hypot(e.xy_m2);
     (mean > 0.0 && mean - spread >= -1e-9 * mean).then(|| ((mean + spread).sqrt(), (mean - spread).max(0.0).sqrt()))
+}
+
+/// Of the way along the ellipses' centres.
+fn length(ellipses: &[&Ellipse]) -> f64 {
+    ellipses.windows(2).map(|pair| (pair[1].x_m - pair[0].x_m).hypot(pair[1].y_m - pair[0].y_m)).sum()
 }
 
 fn outline(e: &Ellipse, scale: f64) -> Vec<Point> {
