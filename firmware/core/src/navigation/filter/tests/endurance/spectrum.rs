@@ -2,7 +2,7 @@
 
 extern crate std;
 
-use crate::navigation::Navigator;
+use crate::navigation::*;
 use std::vec;
 use std::vec::Vec;
 
