@@ -116,7 +116,7 @@ pub fn analyse(scenario: &Scenario, flight: &FlightLog) -> Result<Analysis, Data
     configurations.extend(of_run("robust, no DVL: exact", &run, &truth));
     let (log, moved, declared) = undeclared(scenario, flight, &truth);
     let run = filter::run(&log, &declared, &robust(&declared))?;
-    configurations.extend(of_run("robust, no DVL: 10 % wrong + current + heading, none declared", &run, &moved));
+    configurations.extend(of_run("robust, no DVL: 10 % wrong + current + heading undeclared", &run, &moved));
     configurations.extend(compass_and_dvl(&flight.log, &truth));
     Ok(Analysis { configurations, track, truth })
 }
