@@ -13,11 +13,12 @@
 //! estimate          the result of a method                           excitation    what the motion shows of each parameter
 //! learnt            the covariance as a robust filter's prior
 //! options, method   settings, and one entrance to all methods        plan          the mission with most information
-//! timing            when fins and propeller follow their commands
+//! timing            when fins and propeller follow their commands    bordered      normal equations, the starts taken out
 //! ```
 
 pub mod aid;
 mod automatic;
+mod bordered;
 pub mod data;
 mod declared_effects;
 pub mod estimate;

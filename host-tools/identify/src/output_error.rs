@@ -5,18 +5,19 @@
 //! starts, which Schur's complement takes out segment by segment. Outputs are weighted by their own residuals, so that
 //! neither noise nor what the model lacks has to be declared.
 
+use crate::bordered::Bordered;
 use crate::data::IdentificationData;
 use crate::estimate::Estimate;
 use crate::excitation::described;
 use crate::options::{IdentifyError, Method, Options};
 use crate::parameters::{self, D26, EXTENDED, Extended};
 use crate::sample::{PERIOD_S, Sample};
-use crate::simulation::{self, COLUMNS, OUTPUT_STATES, OUTPUTS, Output, Sensitive};
+use crate::simulation::{self, COLUMNS, OUTPUT_STATES, OUTPUTS, Output, Sensitive, moved};
 use crate::{aid, smoothing};
 use backseat_core::dynamics::{VehicleModel, VehicleParameters};
 use backseat_core::state::VehicleState;
 use backseat_logs::interrupt;
-use nalgebra::{DMatrix, DVector, SMatrix};
+use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 /// Length of the segments, s: the start of each costs information of some 10 s.
@@ -30,8 +31,6 @@ const SETTLED: f64 = 3.0e-6;
 /// Residuals are not taken to be smaller than this, rad, m/s, rad/s: data without noise would have infinite weight.
 pub(crate) const SMALLEST: [f64; OUTPUTS] = [1.0e-5, 1.0e-5, 1.0e-5, 1.0e-5, 1.0e-5, 1.0e-6, 1.0e-6, 1.0e-6];
 
-type Normal = SMatrix<f64, COLUMNS, COLUMNS>;
-
 /// Samples that are predicted from one start.
 pub(crate) struct Segment<'a> {
     pub samples: &'a [Sample],
@@ -41,10 +40,7 @@ pub(crate) struct Segment<'a> {
 /// What a segment says at one set of parameters.
 #[derive(Clone)]
 struct Evaluated {
-    /// Jᵀ W J.
-    normal: Normal,
-    /// Jᵀ W r.
-    gradient: nalgebra::SVector<f64, COLUMNS>,
+    equations: Bordered<COLUMNS, EXTENDED>,
     /// Sums of squared residuals.
     squares: Output,
     samples: usize,
@@ -105,41 +101,28 @@ fn level(samples: &[Sample]) -> VehicleState {
 
 fn evaluate(model: &VehicleModel, segment: &Segment<'_>, weights: &Output) -> Evaluated {
     let mut run = Sensitive::new(&segment.start);
-    let mut result = Evaluated {
-        normal: Normal::zeros(),
-        gradient: nalgebra::SVector::zeros(),
-        squares: Output::zeros(),
-        samples: segment.samples.len(),
-    };
-    for sample in segment.samples {
-        let residual = simulation::residual(sample, &run.state);
-        for (output, (residual, weight)) in residual.iter().zip(weights.iter()).enumerate() {
-            // One output's row of the sensitivities, contiguous: the compiler takes several elements at a time.
-            let row: [f64; COLUMNS] = core::array::from_fn(|column| run.sensitivity.data.0[column][output]);
-            for (j, (column, element)) in result.normal.data.0.iter_mut().zip(&row).enumerate() {
-                let factor = weight * element;
-                for (sum, other) in column[..=j].iter_mut().zip(&row) {
-                    *sum += factor * other;
-                }
-                result.gradient[j] += factor * residual;
+    let mut squares = Output::zeros();
+    let equations = Bordered::sum(|add| {
+        for sample in segment.samples {
+            let residual = simulation::residual(sample, &run.state);
+            for (output, (residual, weight)) in residual.iter().zip(weights.iter()).enumerate() {
+                let row = core::array::from_fn(|column| run.sensitivity.data.0[column][output]);
+                add(&row, *weight, *residual);
             }
+            squares += residual.component_mul(&residual);
+            run.advance(model, &sample.input);
         }
-        result.squares += residual.component_mul(&residual);
-        run.advance(model, &sample.input);
-    }
-    result.normal.fill_lower_triangle_with_upper_triangle();
-    result
+    });
+    Evaluated { equations, squares, samples: segment.samples.len() }
 }
 
 /// Squares of the residuals alone.
-fn squares(model: &VehicleModel, segment: &Segment<'_>) -> Output {
-    let run = simulation::free_run(model, &segment.start, segment.samples);
-    let mut sum = Output::zeros();
-    for (sample, x) in segment.samples.iter().zip(run.iter().step_by(2)) {
+pub(crate) fn squares(model: &VehicleModel, samples: &[Sample], start: &VehicleState) -> Output {
+    let run = simulation::free_run(model, start, samples);
+    samples.iter().zip(run.iter().step_by(2)).fold(Output::zeros(), |sum, (sample, x)| {
         let residual = simulation::residual(sample, x);
-        sum += residual.component_mul(&residual);
-    }
-    sum
+        sum + residual.component_mul(&residual)
+    })
 }
 
 fn evaluate_all(model: &VehicleModel, segments: &[Segment<'_>], weights: &Output) -> Vec<Evaluated> {
@@ -156,36 +139,6 @@ fn total(squares: impl IntoIterator<Item = Output>, weights: &Output) -> f64 {
 
 pub(crate) fn weights(sigma: &Output) -> Output {
     sigma.map(|sigma| 1.0 / (sigma * sigma))
-}
-
-/// Normal equations of the free parameters with the starts taken out: matrix, right-hand side.
-struct Reduced {
-    matrix: DMatrix<f64>,
-    right: DVector<f64>,
-}
-
-type StartMatrix = SMatrix<f64, OUTPUTS, OUTPUTS>;
-
-/// Inverse of a segment's block of the start, damped.
-fn start_inverse(evaluated: &Evaluated, damping: f64) -> StartMatrix {
-    let mut block: StartMatrix = evaluated.normal.fixed_view::<OUTPUTS, OUTPUTS>(EXTENDED, EXTENDED).into_owned();
-    for i in 0..OUTPUTS {
-        block[(i, i)] *= 1.0 + damping + 1.0e-12;
-    }
-    block.cholesky().map_or_else(StartMatrix::zeros, |factor| factor.inverse())
-}
-
-fn reduce(evaluated: &Evaluated, free: &[usize], damping: f64) -> Reduced {
-    let inverse = start_inverse(evaluated, damping);
-    let across = evaluated.normal.fixed_view::<EXTENDED, OUTPUTS>(0, EXTENDED).into_owned();
-    let gain = across * inverse;
-    let start_gradient = evaluated.gradient.fixed_rows::<OUTPUTS>(EXTENDED).into_owned();
-    let full = evaluated.normal.fixed_view::<EXTENDED, EXTENDED>(0, 0) - gain * across.transpose();
-    let right = evaluated.gradient.fixed_rows::<EXTENDED>(0) - gain * start_gradient;
-    Reduced {
-        matrix: DMatrix::from_fn(free.len(), free.len(), |i, j| full[(free[i], free[j])]),
-        right: DVector::from_fn(free.len(), |i, _| right[free[i]]),
-    }
 }
 
 /// Fits the free parameters, from `from`; `is_close` says that it predicts a minute or two already.
@@ -227,34 +180,38 @@ pub fn fit(
             }
             let mut accepted = None;
             for _ in 0..8 {
-                let Some((candidate, starts)) =
-                    newton(&evaluated, &segments, &parameters, &reference, free, &ridge, damping)
-                else {
+                let prior_right =
+                    DVector::from_fn(free.len(), |i, _| ridge[i] * (reference[free[i]] - parameters[free[i]]));
+                let Some(change) = Bordered::step(equations(&evaluated), free, &ridge, prior_right, damping) else {
                     damping *= 10.0;
                     continue;
                 };
-                let mut candidate = candidate;
+                let mut candidate = parameters + change;
                 parameters::project(prior, options.box_ratio, &mut candidate);
-                let Some(moved) = model_of(&candidate) else {
+                let Some(model_there) = model_of(&candidate) else {
                     damping = (damping * 10.0).max(1.0e-3);
                     continue;
                 };
                 let trial: Vec<Segment<'_>> = segments
                     .iter()
-                    .zip(starts)
-                    .map(|(segment, start)| Segment { samples: segment.samples, start })
+                    .zip(&evaluated)
+                    .map(|(Segment { samples, start }, at)| Segment {
+                        samples,
+                        start: moved(start, &at.equations.start_step(&change, damping)),
+                    })
                     .collect();
-                let trial_squares: Vec<Output> = trial.par_iter().map(|s| squares(&moved, s)).collect();
+                let trial_squares: Vec<Output> =
+                    trial.par_iter().map(|s| squares(&model_there, s.samples, &s.start)).collect();
                 let trial_cost = total(trial_squares, &weight) + prior_cost(&candidate);
                 if trial_cost < cost {
-                    accepted = Some((candidate, moved, trial, trial_cost));
+                    accepted = Some((candidate, model_there, trial, trial_cost));
                     damping = (damping * 0.1).max(1.0e-9);
                     break;
                 }
                 damping = (damping * 10.0).max(1.0e-6);
             }
-            let Some((candidate, moved, trial, trial_cost)) = accepted else { break };
-            (parameters, model, segments) = (candidate, moved, trial);
+            let Some((candidate, model_there, trial, trial_cost)) = accepted else { break };
+            (parameters, model, segments) = (candidate, model_there, trial);
             sigma = residuals(&evaluated);
             if (cost - trial_cost) < SETTLED * cost {
                 break;
@@ -285,69 +242,18 @@ fn residuals(evaluated: &[Evaluated]) -> Output {
     (squares / samples.max(1) as f64).map(f64::sqrt).sup(&Output::from(SMALLEST))
 }
 
-/// The damped Gauss-Newton step: parameters and starts.
-fn newton(
-    evaluated: &[Evaluated],
-    segments: &[Segment<'_>],
-    parameters: &Extended,
-    reference: &Extended,
-    free: &[usize],
-    ridge: &DVector<f64>,
-    damping: f64,
-) -> Option<(Extended, Vec<VehicleState>)> {
-    let mut matrix = DMatrix::from_diagonal(ridge);
-    let mut right = DVector::from_fn(free.len(), |i, _| ridge[i] * (reference[free[i]] - parameters[free[i]]));
-    for segment in evaluated {
-        let reduced = reduce(segment, free, damping);
-        matrix += reduced.matrix;
-        right += reduced.right;
-    }
-    for i in 0..free.len() {
-        matrix[(i, i)] *= 1.0 + damping;
-    }
-    let step = solve(&matrix, &right)?;
-    let mut change = Extended::zeros();
-    for (&j, value) in free.iter().zip(step.iter()) {
-        change[j] = *value;
-    }
-    let starts = evaluated.iter().zip(segments).map(|(evaluated, segment)| {
-        let across = evaluated.normal.fixed_view::<OUTPUTS, EXTENDED>(EXTENDED, 0);
-        let right = evaluated.gradient.fixed_rows::<OUTPUTS>(EXTENDED) - across * change;
-        let moved = start_inverse(evaluated, damping) * right;
-        let mut start = segment.start;
-        for (index, value) in OUTPUT_STATES.iter().zip(moved.iter()) {
-            start[*index] += value;
-        }
-        start
-    });
-    let starts = starts.collect();
-    Some((parameters + change, starts))
+fn equations(evaluated: &[Evaluated]) -> impl Iterator<Item = &Bordered<COLUMNS, EXTENDED>> {
+    evaluated.iter().map(|segment| &segment.equations)
 }
 
-/// Solves a symmetric positive definite system whose unknowns differ by orders of magnitude.
-pub(crate) fn solve(matrix: &DMatrix<f64>, right: &DVector<f64>) -> Option<DVector<f64>> {
-    let scale = matrix.diagonal().map(|d| 1.0 / d.max(f64::MIN_POSITIVE).sqrt());
-    let scaled = DMatrix::from_fn(matrix.nrows(), matrix.ncols(), |i, j| matrix[(i, j)] * scale[i] * scale[j]);
-    let step = scaled.cholesky()?.solve(&right.component_mul(&scale));
-    Some(step.component_mul(&scale))
-}
-
-/// Covariance of the parameters: the larger of the information's inverse and of the one that takes the segments'
-/// gradients as they scatter, which holds with coloured residuals too.
+/// Covariance of the parameters: the larger of the information's inverse and of the robust one.
 fn spread(evaluated: &[Evaluated], free: &[usize], ridge: &DVector<f64>) -> Result<DMatrix<f64>, IdentifyError> {
-    let mut matrix = DMatrix::from_diagonal(ridge);
-    let mut scatter = DMatrix::zeros(free.len(), free.len());
-    for segment in evaluated {
-        let reduced = reduce(segment, free, 0.0);
-        scatter += &reduced.right * reduced.right.transpose();
-        matrix += reduced.matrix;
-    }
-    let scale = matrix.diagonal().map(|d| 1.0 / d.sqrt());
-    let scaled = DMatrix::from_fn(free.len(), free.len(), |i, j| matrix[(i, j)] * scale[i] * scale[j]);
-    let inverse = scaled.cholesky().ok_or_else(|| broken("the data determine nothing"))?.inverse();
-    let inverse = DMatrix::from_fn(free.len(), free.len(), |i, j| inverse[(i, j)] * scale[i] * scale[j]);
+    let [inverse, mut robust] =
+        Bordered::covariances(equations(evaluated), free, ridge).ok_or_else(|| broken("the data determine nothing"))?;
     // With fewer segments than parameters the scatter says nothing.
-    let robust = if evaluated.len() > 2 * free.len() { &inverse * scatter * &inverse } else { inverse.clone() };
+    if evaluated.len() <= 2 * free.len() {
+        robust.clone_from(&inverse);
+    }
     let mut covariance = DMatrix::zeros(EXTENDED, EXTENDED);
     for (i, &row) in free.iter().enumerate() {
         for (j, &column) in free.iter().enumerate() {
@@ -375,10 +281,7 @@ pub fn held_out(data: &IdentificationData, vehicle: &VehicleParameters, sigma: &
                     break;
                 }
                 best = cost;
-                let moved = start_inverse(&evaluated, 0.0) * evaluated.gradient.fixed_rows::<OUTPUTS>(EXTENDED);
-                for (index, value) in OUTPUT_STATES.iter().zip(moved.iter()) {
-                    segment.start[*index] += value;
-                }
+                segment.start = moved(&segment.start, &evaluated.equations.start_step(&Extended::zeros(), 0.0));
             }
             best
         })
@@ -395,10 +298,7 @@ pub fn left_over(data: &IdentificationData, vehicle: &VehicleParameters, sigma: 
         .map(|mut segment| {
             for _ in 0..2 {
                 let evaluated = evaluate(&model, &segment, &weight);
-                let moved = start_inverse(&evaluated, 0.0) * evaluated.gradient.fixed_rows::<OUTPUTS>(EXTENDED);
-                for (index, value) in OUTPUT_STATES.iter().zip(moved.iter()) {
-                    segment.start[*index] += value;
-                }
+                segment.start = moved(&segment.start, &evaluated.equations.start_step(&Extended::zeros(), 0.0));
             }
             evaluate(&model, &segment, &weight)
         })

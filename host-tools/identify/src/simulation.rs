@@ -41,6 +41,16 @@ pub fn start(sample: &Sample) -> VehicleState {
     x
 }
 
+/// A start whose outputs have moved.
+#[must_use]
+pub fn moved(start: &VehicleState, by: &Output) -> VehicleState {
+    let mut moved = *start;
+    for (index, value) in OUTPUT_STATES.iter().zip(by.iter()) {
+        moved[*index] += value;
+    }
+    moved
+}
+
 /// Measured minus predicted, roll wrapped.
 #[must_use]
 pub fn residual(sample: &Sample, x: &VehicleState) -> Output {

@@ -1,23 +1,26 @@
 //! Gauss-Newton on parameters, delays and the start of every segment.
 
 use super::result::OutputWhiteness;
+use crate::bordered::Bordered;
 use crate::data::{IdentificationData, LoggedInputs};
 use crate::options::Options;
 use crate::output_error::{self, SHORT_S, SMALLEST, Segment};
 use crate::parameters::{self, EXTENDED, Extended};
 use crate::sample::Sample;
-use crate::simulation::{self, OUTPUT_STATES, OUTPUTS, Output, Sensitive};
+use crate::simulation::{self, OUTPUTS, Output, Sensitive, moved};
 use backseat_core::dynamics::{INPUTS, VehicleModel, VehicleParameters};
 use backseat_core::state::VehicleState;
 use backseat_estimation::commands::InputTiming;
 use backseat_logs::stats::{autocorrelation, ljung_box};
-use nalgebra::{DMatrix, DVector, SMatrix, SVector};
+use nalgebra::DVector;
 use rayon::prelude::*;
 
 /// Names of the outputs whose residuals are looked at.
 const OUTPUT_NAMES: [&str; OUTPUTS] = ["roll", "pitch", "u", "v", "w", "p", "q", "r"];
-/// Columns: the parameters, the delays, the outputs at the start.
-const COLUMNS: usize = EXTENDED + INPUTS + OUTPUTS;
+/// Unknowns that all segments share: the parameters and the delays.
+const SHARED: usize = EXTENDED + INPUTS;
+/// With the outputs at the start of a segment.
+const COLUMNS: usize = SHARED + OUTPUTS;
 /// Step of the derivative by a delay, s.
 const STEP_S: f64 = 0.02;
 /// Delays looked for, s.
@@ -25,7 +28,8 @@ const LATEST_S: f64 = 2.0;
 /// Lags of the autocorrelation.
 const LAGS: usize = 20;
 
-type Normal = SMatrix<f64, COLUMNS, COLUMNS>;
+/// What one segment says.
+type Evaluated = Bordered<COLUMNS, SHARED>;
 
 /// Parameters, timing and starts at one step of the fit.
 #[derive(Clone)]
@@ -38,12 +42,6 @@ pub(super) struct Trial {
     sigma: Output,
     /// One sigma of each delay, s.
     pub(super) delay_sigma_s: [f64; INPUTS],
-}
-
-/// What one segment says.
-struct Evaluated {
-    normal: Normal,
-    gradient: SVector<f64, COLUMNS>,
 }
 
 pub(super) struct Problem<'a> {
@@ -92,7 +90,7 @@ impl Problem<'_> {
             .segments(data)
             .par_iter()
             .zip(&trial.starts)
-            .map(|(segment, start)| (squares(&model, segment.samples, start), segment.samples.len() - 1))
+            .map(|(segment, start)| (output_error::squares(&model, segment.samples, start), segment.samples.len() - 1))
             .collect();
         let count: f64 = parts.iter().map(|(_, count)| *count as f64).sum();
         let sum = parts.iter().fold(Output::zeros(), |sum, (squares, _)| sum + squares);
@@ -159,7 +157,7 @@ impl Problem<'_> {
 
     /// Unknowns beside the starts: the free parameters, then the delays.
     fn unknowns(&self, delays: bool) -> Vec<usize> {
-        let delays = if delays { EXTENDED..EXTENDED + INPUTS } else { 0..0 };
+        let delays = if delays { EXTENDED..SHARED } else { 0..0 };
         self.free.iter().copied().chain(delays).collect()
     }
 
@@ -172,56 +170,27 @@ impl Problem<'_> {
     fn newton(&self, evaluated: &[Evaluated], trial: &Trial, delays: bool, damping: f64) -> Option<Trial> {
         let unknowns = self.unknowns(delays);
         let ridge = self.ridge(&unknowns);
-        let mut matrix = DMatrix::from_diagonal(&ridge);
-        let mut right = DVector::from_fn(unknowns.len(), |i, _| {
+        let right = DVector::from_fn(unknowns.len(), |i, _| {
             let at = unknowns[i];
             ridge[i] * if at < EXTENDED { self.reference[at] - trial.parameters[at] } else { 0.0 }
         });
-        for segment in evaluated {
-            let (part, gradient) = reduce(segment, &unknowns, damping);
-            matrix += part;
-            right += gradient;
-        }
-        for i in 0..unknowns.len() {
-            matrix[(i, i)] *= 1.0 + damping;
-        }
-        let step = output_error::solve(&matrix, &right)?;
-        let mut change = SVector::<f64, { EXTENDED + INPUTS }>::zeros();
-        for (&at, value) in unknowns.iter().zip(step.iter()) {
-            change[at] = *value;
-        }
-        let mut moved = trial.clone();
-        moved.parameters += change.fixed_rows::<EXTENDED>(0);
-        parameters::project(self.prior, self.options.box_ratio, &mut moved.parameters);
-        for (actuator, hold) in moved.timing.iter_mut().enumerate() {
+        let change = Bordered::step(evaluated.iter(), &unknowns, &ridge, right, damping)?;
+        let mut next = trial.clone();
+        next.parameters += change.fixed_rows::<EXTENDED>(0);
+        parameters::project(self.prior, self.options.box_ratio, &mut next.parameters);
+        for (actuator, hold) in next.timing.iter_mut().enumerate() {
             hold.delay_s = (hold.delay_s + change[EXTENDED + actuator]).clamp(-LATEST_S, LATEST_S);
         }
-        for (segment, start) in evaluated.iter().zip(&mut moved.starts) {
-            let across = segment.normal.fixed_view::<OUTPUTS, { EXTENDED + INPUTS }>(EXTENDED + INPUTS, 0);
-            let right = segment.gradient.fixed_rows::<OUTPUTS>(EXTENDED + INPUTS) - across * change;
-            let by = start_inverse(segment, damping) * right;
-            for (index, by) in OUTPUT_STATES.iter().zip(by.iter()) {
-                start[*index] += by;
-            }
+        for (segment, start) in evaluated.iter().zip(&mut next.starts) {
+            *start = moved(start, &segment.start_step(&change, damping));
         }
-        Some(moved)
+        Some(next)
     }
 
     /// The larger of the information's and of the sandwich's.
     fn delay_sigmas(&self, evaluated: &[Evaluated]) -> Option<[f64; INPUTS]> {
         let unknowns = self.unknowns(true);
-        let mut matrix = DMatrix::from_diagonal(&self.ridge(&unknowns));
-        let mut scatter = DMatrix::zeros(unknowns.len(), unknowns.len());
-        for segment in evaluated {
-            let (part, gradient) = reduce(segment, &unknowns, 0.0);
-            matrix += part;
-            scatter += &gradient * gradient.transpose();
-        }
-        let unit = matrix.diagonal().map(|d| 1.0 / d.sqrt());
-        let scaled = DMatrix::from_fn(unknowns.len(), unknowns.len(), |i, j| matrix[(i, j)] * unit[i] * unit[j]);
-        let inverse = scaled.cholesky()?.inverse();
-        let inverse = DMatrix::from_fn(unknowns.len(), unknowns.len(), |i, j| inverse[(i, j)] * unit[i] * unit[j]);
-        let robust = &inverse * scatter * &inverse;
+        let [inverse, robust] = Bordered::covariances(evaluated.iter(), &unknowns, &self.ridge(&unknowns))?;
         Some(core::array::from_fn(|actuator| {
             let at = self.free.len() + actuator;
             inverse[(at, at)].max(robust[(at, at)]).sqrt()
@@ -260,14 +229,6 @@ impl Problem<'_> {
     }
 }
 
-fn squares(model: &VehicleModel, samples: &[Sample], start: &VehicleState) -> Output {
-    let run = simulation::free_run(model, start, samples);
-    samples.iter().zip(run.iter().step_by(2)).fold(Output::zeros(), |sum, (sample, x)| {
-        let residual = simulation::residual(sample, x);
-        sum + residual.component_mul(&residual)
-    })
-}
-
 /// One segment; `late` are its samples with each actuator later by [`STEP_S`].
 fn evaluate(
     model: &VehicleModel,
@@ -278,47 +239,21 @@ fn evaluate(
 ) -> Evaluated {
     let mut run = Sensitive::new(start);
     let later = late.map(|samples| simulation::free_run(model, start, samples));
-    let mut result = Evaluated { normal: Normal::zeros(), gradient: SVector::zeros() };
-    for (k, sample) in samples.iter().enumerate() {
-        let residual = simulation::residual(sample, &run.state);
-        let by_delay = later
-            .each_ref()
-            .map(|run_later| (simulation::output(&run_later[2 * k]) - simulation::output(&run.state)) / STEP_S);
-        for output in 0..OUTPUTS {
-            let row: [f64; COLUMNS] = core::array::from_fn(|column| match column {
-                ..EXTENDED => run.sensitivity[(output, column)],
-                _ if column < EXTENDED + INPUTS => by_delay[column - EXTENDED][output],
-                _ => run.sensitivity[(output, column - INPUTS)],
-            });
-            for (j, (column, element)) in result.normal.data.0.iter_mut().zip(&row).enumerate() {
-                let factor = weights[output] * element;
-                for (sum, other) in column[..=j].iter_mut().zip(&row) {
-                    *sum += factor * other;
-                }
-                result.gradient[j] += factor * residual[output];
+    Bordered::sum(|add| {
+        for (k, sample) in samples.iter().enumerate() {
+            let residual = simulation::residual(sample, &run.state);
+            let by_delay = later
+                .each_ref()
+                .map(|run_later| (simulation::output(&run_later[2 * k]) - simulation::output(&run.state)) / STEP_S);
+            for output in 0..OUTPUTS {
+                let row = core::array::from_fn(|column| match column {
+                    ..EXTENDED => run.sensitivity[(output, column)],
+                    ..SHARED => by_delay[column - EXTENDED][output],
+                    _ => run.sensitivity[(output, column - INPUTS)],
+                });
+                add(&row, weights[output], residual[output]);
             }
+            run.advance(model, &sample.input);
         }
-        run.advance(model, &sample.input);
-    }
-    result.normal.fill_lower_triangle_with_upper_triangle();
-    result
-}
-
-fn start_inverse(segment: &Evaluated, damping: f64) -> SMatrix<f64, OUTPUTS, OUTPUTS> {
-    let mut block = segment.normal.fixed_view::<OUTPUTS, OUTPUTS>(EXTENDED + INPUTS, EXTENDED + INPUTS).into_owned();
-    for i in 0..OUTPUTS {
-        block[(i, i)] *= 1.0 + damping + 1.0e-12;
-    }
-    block.cholesky().map_or_else(SMatrix::zeros, |factor| factor.inverse())
-}
-
-/// Normal equations of the unknowns with the start taken out.
-fn reduce(segment: &Evaluated, unknowns: &[usize], damping: f64) -> (DMatrix<f64>, DVector<f64>) {
-    const REST: usize = EXTENDED + INPUTS;
-    let across = segment.normal.fixed_view::<REST, OUTPUTS>(0, REST).into_owned();
-    let gain = across * start_inverse(segment, damping);
-    let full = segment.normal.fixed_view::<REST, REST>(0, 0) - gain * across.transpose();
-    let right = segment.gradient.fixed_rows::<REST>(0) - gain * segment.gradient.fixed_rows::<OUTPUTS>(REST);
-    let n = unknowns.len();
-    (DMatrix::from_fn(n, n, |i, j| full[(unknowns[i], unknowns[j])]), DVector::from_fn(n, |i, _| right[unknowns[i]]))
+    })
 }
