@@ -50,8 +50,7 @@ pub fn fly<P: Ports>(
     stop: &AtomicBool,
     progress: impl FnMut(f64),
 ) -> Result<FlightLog, FlightError> {
-    prepare(scenario, client)?;
-    fly_prepared(scenario, client, folder, stop, progress)
+    fly_with_ship(scenario, client, None, folder, stop, progress)
 }
 
 /// [`fly`] with the parameters and the mission that the board has already.
@@ -63,13 +62,9 @@ pub fn fly_prepared<P: Ports>(
     client: &mut Client<P>,
     folder: Option<&Path>,
     stop: &AtomicBool,
-    mut progress: impl FnMut(f64),
+    progress: impl FnMut(f64),
 ) -> Result<FlightLog, FlightError> {
-    fly_on(scenario, client, None, folder, stop, |step| {
-        if step.time_us.is_multiple_of(SECOND_US) {
-            progress(step.time_us as f64 * 1e-6);
-        }
-    })
+    fly_on(scenario, client, None, folder, stop, each_second(progress))
 }
 
 /// [`fly`], perhaps with a program on the ship, which sends and hears through a modem of its own.
@@ -82,14 +77,18 @@ pub fn fly_with_ship<P: Ports>(
     ship: Option<&mut ShipEnd>,
     folder: Option<&Path>,
     stop: &AtomicBool,
-    mut progress: impl FnMut(f64),
+    progress: impl FnMut(f64),
 ) -> Result<FlightLog, FlightError> {
     prepare(scenario, client)?;
-    fly_on(scenario, client, ship, folder, stop, |step| {
+    fly_on(scenario, client, ship, folder, stop, each_second(progress))
+}
+
+fn each_second(mut progress: impl FnMut(f64)) -> impl FnMut(Watched<'_>) {
+    move |step| {
         if step.time_us.is_multiple_of(SECOND_US) {
             progress(step.time_us as f64 * 1e-6);
         }
-    })
+    }
 }
 
 /// [`fly_with_ship`], watched step by step.

@@ -6,7 +6,7 @@ mod record;
 mod setup;
 
 pub use lockstep::{Watched, fly, fly_fleet, fly_prepared, fly_watched, fly_with_ship};
-pub use realtime::{Start, fly_realtime, fly_realtime_with_ship};
+pub use realtime::{Start, fly_realtime};
 pub use record::{FlightLog, FlightSample, ModeChange, ShipSide};
 pub use setup::board_parameters;
 

@@ -30,26 +30,11 @@ pub enum Start {
     OnRequest,
 }
 
-/// Flies a scenario at the speed of the clock; arguments and result as [`super::fly`].
+/// Flies a scenario at the speed of the clock; arguments and result as [`super::fly_with_ship`].
 ///
 /// # Errors
 /// As [`super::fly`].
 pub fn fly_realtime<P: Ports>(
-    scenario: &Scenario,
-    client: &mut Client<P>,
-    start: Start,
-    folder: Option<&Path>,
-    stop: &AtomicBool,
-    progress: impl FnMut(f64),
-) -> Result<FlightLog, FlightError> {
-    fly_realtime_with_ship(scenario, client, start, None, folder, stop, progress)
-}
-
-/// [`fly_realtime`], perhaps with a program on the ship, which sends and hears through a modem of its own.
-///
-/// # Errors
-/// As [`super::fly`].
-pub fn fly_realtime_with_ship<P: Ports>(
     scenario: &Scenario,
     client: &mut Client<P>,
     start: Start,

@@ -192,7 +192,8 @@ fn bytes_that_nobody_reads_are_counted_and_reported() {
 fn arm_navigates_on_its_own_clock() {
     let Some(qemu) = image() else { return };
     let mut client = Client::new(Tap::new(qemu));
-    let flight = fly_realtime(&survey(2.0), &mut client, Start::AtOnce, None, &AtomicBool::new(false), |_| {}).unwrap();
+    let flight =
+        fly_realtime(&survey(2.0), &mut client, Start::AtOnce, None, None, &AtomicBool::new(false), |_| {}).unwrap();
     assert!(client.ports().digests.is_empty(), "a lock-step without its clock");
     // Once a second, but for what a busy machine misses.
     assert!(flight.samples.len() > 110, "{}", flight.samples.len());

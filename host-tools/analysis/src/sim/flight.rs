@@ -141,7 +141,7 @@ pub fn fly(
         })
     } else if options.realtime {
         let start = if options.wait { flight::Start::OnRequest } else { flight::Start::AtOnce };
-        flight::fly_realtime_with_ship(&scenario, &mut client, start, end, Some(&folder), stop, progress)
+        flight::fly_realtime(&scenario, &mut client, start, end, Some(&folder), stop, progress)
     } else {
         flight::fly_with_ship(&scenario, &mut client, end, Some(&folder), stop, progress)
     };

@@ -80,7 +80,8 @@ fn at_the_speed_of_the_clock() {
     let scenario = survey(1, 0.4);
     let mut client = Client::new(Process::spawn(Path::new(PROGRAM)).unwrap());
     let begun = Instant::now();
-    let flight = fly_realtime(&scenario, &mut client, Start::AtOnce, None, &AtomicBool::new(false), |_| {}).unwrap();
+    let flight =
+        fly_realtime(&scenario, &mut client, Start::AtOnce, None, None, &AtomicBool::new(false), |_| {}).unwrap();
     assert!(begun.elapsed() >= Duration::from_secs(24), "not sooner");
     let last = flight.samples.last().unwrap();
     // Under way: it navigates, and the propeller turns.
