@@ -6,7 +6,7 @@ use crate::remaining::Remaining;
 use crate::samples::ResidualChannel;
 use crate::scores::Scores;
 use crate::whitener::Pass;
-use backseat_logs::plausible_noise::{Carrier, SensorKind, most_position_error_m};
+use backseat_logs::plausible_noise::{Carrier, most_position_error_m};
 use backseat_logs::stats::rms;
 
 /// Blocks that judge, below which nothing is said.
@@ -73,27 +73,6 @@ fn distances_run(pass: &Pass) -> Vec<(f64, f64)> {
         (trace.t_s, run_m)
     };
     pass.trace.iter().map(step).collect()
-}
-
-impl ResidualChannel {
-    /// The kind of sensor that reads it.
-    #[must_use]
-    pub const fn sensor(self) -> SensorKind {
-        match self {
-            Self::Depth => SensorKind::Depth,
-            Self::Roll | Self::Pitch => SensorKind::RollPitch,
-            Self::Heading => SensorKind::Heading,
-            Self::P | Self::Q | Self::R => SensorKind::Rates,
-            Self::DvlU | Self::DvlV | Self::DvlW => SensorKind::Dvl,
-            Self::GnssX | Self::GnssY => SensorKind::Gnss,
-            Self::Range => SensorKind::Range,
-            Self::RangeRate => SensorKind::RangeRate,
-            Self::UsblAlong => SensorKind::Range,
-            Self::UsblAcross | Self::UsblDown => SensorKind::Usbl,
-            Self::DepthRate => SensorKind::DepthRate,
-            Self::WaterSpeed => SensorKind::WaterSpeed,
-        }
-    }
 }
 
 #[cfg(test)]

@@ -112,7 +112,9 @@ impl ProposedTerm {
             (Target::Acceleration(0), F::Time) => "drag or thrust that changes with time".to_owned(),
             (Target::Acceleration(1), F::SwaySquared) => "sway drag that is not the same to both sides".to_owned(),
             (Target::Acceleration(2), F::HeaveSquared) => "heave drag that is not the same up and down".to_owned(),
-            (Target::Acceleration(_), F::Fin(_)) => "lift of this fin, or of its place".to_owned(),
+            (Target::Acceleration(_), F::FinTop | F::FinBottom | F::FinPort | F::FinStarboard) => {
+                "lift of this fin, or of its place".to_owned()
+            }
             (Target::Acceleration(3..=5), F::One) => "a moment that is always there: trim".to_owned(),
             (Target::Acceleration(3..=5), F::SurgeSquared) => {
                 "a moment by the flow: a bent fin, a sensor on one side".to_owned()

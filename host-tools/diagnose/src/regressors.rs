@@ -76,41 +76,6 @@ pub fn reading(proposed: &[Proposed], channel: ResidualChannel, snapshot: &Snaps
     of.map(|(term, value)| value * term.factor.value(snapshot)).sum()
 }
 
-/// A monomial of state, input and time.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[allow(missing_docs)] // they are their names
-pub enum Factor {
-    One,
-    Time,
-    TimeSquared,
-    Depth,
-    Surge,
-    SurgeSquared,
-    Sway,
-    SwayAbs,
-    SwaySquared,
-    Heave,
-    HeaveAbs,
-    HeaveSquared,
-    RollRate,
-    PitchRate,
-    YawRate,
-    YawRateAbs,
-    PitchRateAbs,
-    SurgeYawRate,
-    SurgePitchRate,
-    SurgeHeave,
-    SinHeading,
-    CosHeading,
-    SinTwoHeading,
-    CosTwoHeading,
-    SinPitch,
-    Propeller,
-    Fin(u8),
-    FinSquares,
-    DistanceSquared,
-}
-
 /// What a factor may depend on at one instant.
 #[derive(Clone, Copy, Debug)]
 pub struct Snapshot<'a> {
@@ -126,163 +91,100 @@ pub struct Snapshot<'a> {
     pub distance_m: f64,
 }
 
-impl Factor {
-    /// Its value, of order one where the vehicle does what it usually does.
-    #[must_use]
-    pub fn value(self, s: &Snapshot<'_>) -> f64 {
-        let x = s.x;
-        let (sin, cos) = s.heading;
-        match self {
-            Self::One => 1.0,
-            Self::Time => s.share - 0.5,
-            Self::TimeSquared => (s.share - 0.5).powi(2),
-            Self::Depth => x[Z],
-            Self::Surge => x[U],
-            Self::SurgeSquared => x[U] * x[U].abs(),
-            Self::Sway => x[V],
-            Self::SwayAbs => x[V] * x[V].abs(),
-            Self::SwaySquared => x[V] * x[V],
-            Self::Heave => x[W],
-            Self::HeaveAbs => x[W] * x[W].abs(),
-            Self::HeaveSquared => x[W] * x[W],
-            Self::RollRate => x[P],
-            Self::PitchRate => x[Q],
-            Self::YawRate => x[R],
-            Self::YawRateAbs => x[R] * x[R].abs(),
-            Self::PitchRateAbs => x[Q] * x[Q].abs(),
-            Self::SurgeYawRate => x[U] * x[R],
-            Self::SurgePitchRate => x[U] * x[Q],
-            Self::SurgeHeave => x[U] * x[W],
-            Self::SinHeading => sin,
-            Self::CosHeading => cos,
-            Self::SinTwoHeading => 2.0 * sin * cos,
-            Self::CosTwoHeading => cos * cos - sin * sin,
-            Self::SinPitch => x[THETA],
-            Self::Propeller => s.input.propeller_radps * s.input.propeller_radps.abs() * 1e-4,
-            Self::Fin(fin) => s.input.fins_rad[usize::from(fin)] * x[U] * x[U],
-            Self::FinSquares => s.input.fins_rad.iter().map(|fin| fin * fin).sum::<f64>() * x[U] * x[U],
-            Self::DistanceSquared => s.distance_m * s.distance_m,
+macro_rules! factors {
+    (|$x:ident, $s:ident| $($factor:ident: $name:literal, $symbol:literal, $unit:literal, $swings:expr, $value:expr;)*) => {
+        /// A monomial of state, input and time.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        #[allow(missing_docs)] // they are their names
+        pub enum Factor {
+            $($factor,)*
         }
-    }
 
+        impl Factor {
+            /// Its value, of order one where the vehicle does what it usually does.
+            #[must_use]
+            pub fn value(self, $s: &Snapshot<'_>) -> f64 {
+                let $x = $s.x;
+                match self {
+                    $(Self::$factor => $value,)*
+                }
+            }
+
+            /// As written in the report, and in equations and files; the unit of its value, where T is the length of the
+            /// log; whether it moves at the rate of waves.
+            const fn described(self) -> (&'static str, &'static str, &'static str, bool) {
+                match self {
+                    $(Self::$factor => ($name, $symbol, $unit, $swings),)*
+                }
+            }
+        }
+    };
+}
+
+/// Whether a factor moves at the rate of waves.
+const SWINGS: bool = true;
+const SLOW: bool = false;
+
+factors! {
+    |x, s|
+    One: "constant", "1", "1", SLOW, 1.0;
+    Time: "time", "(t/T - 1/2)", "1", SLOW, s.share - 0.5;
+    TimeSquared: "time²", "(t/T - 1/2)^2", "1", SLOW, (s.share - 0.5).powi(2);
+    Depth: "depth", "z", "m", SLOW, x[Z];
+    Surge: "u", "u", "m/s", SLOW, x[U];
+    SurgeSquared: "u|u|", "u|u|", "m²/s²", SLOW, x[U] * x[U].abs();
+    Sway: "v", "v", "m/s", SLOW, x[V];
+    SwayAbs: "v|v|", "v|v|", "m²/s²", SLOW, x[V] * x[V].abs();
+    SwaySquared: "v²", "v^2", "m²/s²", SLOW, x[V] * x[V];
+    Heave: "w", "w", "m/s", SWINGS, x[W];
+    HeaveAbs: "w|w|", "w|w|", "m²/s²", SWINGS, x[W] * x[W].abs();
+    HeaveSquared: "w²", "w^2", "m²/s²", SWINGS, x[W] * x[W];
+    RollRate: "p", "p", "rad/s", SWINGS, x[P];
+    PitchRate: "q", "q", "rad/s", SWINGS, x[Q];
+    YawRate: "r", "r", "rad/s", SLOW, x[R];
+    YawRateAbs: "r|r|", "r|r|", "rad²/s²", SLOW, x[R] * x[R].abs();
+    PitchRateAbs: "q|q|", "q|q|", "rad²/s²", SWINGS, x[Q] * x[Q].abs();
+    SurgeYawRate: "u·r", "u r", "m rad/s²", SLOW, x[U] * x[R];
+    SurgePitchRate: "u·q", "u q", "m rad/s²", SWINGS, x[U] * x[Q];
+    SurgeHeave: "u·w", "u w", "m²/s²", SWINGS, x[U] * x[W];
+    SinHeading: "sin ψ", "sin(psi)", "1", SLOW, s.heading.0;
+    CosHeading: "cos ψ", "cos(psi)", "1", SLOW, s.heading.1;
+    SinTwoHeading: "sin 2ψ", "sin(2 psi)", "1", SLOW, 2.0 * s.heading.0 * s.heading.1;
+    CosTwoHeading: "cos 2ψ", "cos(2 psi)", "1", SLOW, s.heading.1 * s.heading.1 - s.heading.0 * s.heading.0;
+    SinPitch: "θ", "theta", "rad", SWINGS, x[THETA];
+    Propeller: "n|n|", "1e-4 n|n|", "1e4 rad²/s²", SLOW, s.input.propeller_radps * s.input.propeller_radps.abs() * 1e-4;
+    FinTop: "top fin·u²", "top u^2", "rad m²/s²", SWINGS, s.input.fins_rad[0] * x[U] * x[U];
+    FinBottom: "bottom fin·u²", "bottom u^2", "rad m²/s²", SWINGS, s.input.fins_rad[1] * x[U] * x[U];
+    FinPort: "port fin·u²", "port u^2", "rad m²/s²", SWINGS, s.input.fins_rad[2] * x[U] * x[U];
+    FinStarboard: "starboard fin·u²", "starboard u^2", "rad m²/s²", SWINGS, s.input.fins_rad[3] * x[U] * x[U];
+    FinSquares: "Σ fin²·u²", "fins^2 u^2", "rad² m²/s²", SWINGS,
+        s.input.fins_rad.iter().map(|fin| fin * fin).sum::<f64>() * x[U] * x[U];
+    DistanceSquared: "distance²", "distance^2", "m²", SLOW, s.distance_m * s.distance_m;
+}
+
+impl Factor {
     /// Whether it moves at the rate of waves.
     #[must_use]
-    pub fn swings(self) -> bool {
-        matches!(
-            self,
-            Self::Heave
-                | Self::HeaveAbs
-                | Self::HeaveSquared
-                | Self::RollRate
-                | Self::PitchRate
-                | Self::PitchRateAbs
-                | Self::SurgePitchRate
-                | Self::SurgeHeave
-                | Self::SinPitch
-                | Self::Fin(_)
-                | Self::FinSquares
-        )
+    pub const fn swings(self) -> bool {
+        self.described().3
     }
 
     /// As written in the report.
     #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::One => "constant",
-            Self::Time => "time",
-            Self::TimeSquared => "time²",
-            Self::Depth => "depth",
-            Self::Surge => "u",
-            Self::SurgeSquared => "u|u|",
-            Self::Sway => "v",
-            Self::SwayAbs => "v|v|",
-            Self::SwaySquared => "v²",
-            Self::Heave => "w",
-            Self::HeaveAbs => "w|w|",
-            Self::HeaveSquared => "w²",
-            Self::RollRate => "p",
-            Self::PitchRate => "q",
-            Self::YawRate => "r",
-            Self::YawRateAbs => "r|r|",
-            Self::PitchRateAbs => "q|q|",
-            Self::SurgeYawRate => "u·r",
-            Self::SurgePitchRate => "u·q",
-            Self::SurgeHeave => "u·w",
-            Self::SinHeading => "sin ψ",
-            Self::CosHeading => "cos ψ",
-            Self::SinTwoHeading => "sin 2ψ",
-            Self::CosTwoHeading => "cos 2ψ",
-            Self::SinPitch => "θ",
-            Self::Propeller => "n|n|",
-            Self::Fin(0) => "top fin·u²",
-            Self::Fin(1) => "bottom fin·u²",
-            Self::Fin(2) => "port fin·u²",
-            Self::Fin(_) => "starboard fin·u²",
-            Self::FinSquares => "Σ fin²·u²",
-            Self::DistanceSquared => "distance²",
-        }
+    pub const fn name(self) -> &'static str {
+        self.described().0
     }
-}
 
-impl Factor {
     /// In equations and files.
     #[must_use]
-    pub fn symbol(self) -> &'static str {
-        match self {
-            Self::One => "1",
-            Self::Time => "(t/T - 1/2)",
-            Self::TimeSquared => "(t/T - 1/2)^2",
-            Self::Depth => "z",
-            Self::SurgeSquared => "u|u|",
-            Self::SwaySquared => "v^2",
-            Self::HeaveSquared => "w^2",
-            Self::SurgeYawRate => "u r",
-            Self::SurgePitchRate => "u q",
-            Self::SurgeHeave => "u w",
-            Self::SinHeading => "sin(psi)",
-            Self::CosHeading => "cos(psi)",
-            Self::SinTwoHeading => "sin(2 psi)",
-            Self::CosTwoHeading => "cos(2 psi)",
-            Self::SinPitch => "theta",
-            Self::Propeller => "1e-4 n|n|",
-            Self::Fin(0) => "top u^2",
-            Self::Fin(1) => "bottom u^2",
-            Self::Fin(2) => "port u^2",
-            Self::Fin(_) => "starboard u^2",
-            Self::FinSquares => "fins^2 u^2",
-            Self::DistanceSquared => "distance^2",
-            _ => self.name(),
-        }
+    pub const fn symbol(self) -> &'static str {
+        self.described().1
     }
 
     /// Unit of its value; T is the length of the log.
     #[must_use]
-    pub fn unit(self) -> &'static str {
-        match self {
-            Self::One
-            | Self::Time
-            | Self::TimeSquared
-            | Self::SinHeading
-            | Self::CosHeading
-            | Self::SinTwoHeading
-            | Self::CosTwoHeading => "1",
-            Self::Depth => "m",
-            Self::Surge | Self::Sway | Self::Heave => "m/s",
-            Self::SurgeSquared
-            | Self::SwayAbs
-            | Self::SwaySquared
-            | Self::HeaveAbs
-            | Self::HeaveSquared
-            | Self::SurgeHeave => "m²/s²",
-            Self::RollRate | Self::PitchRate | Self::YawRate => "rad/s",
-            Self::YawRateAbs | Self::PitchRateAbs => "rad²/s²",
-            Self::SurgeYawRate | Self::SurgePitchRate => "m rad/s²",
-            Self::SinPitch => "rad",
-            Self::Propeller => "1e4 rad²/s²",
-            Self::Fin(_) => "rad m²/s²",
-            Self::FinSquares => "rad² m²/s²",
-            Self::DistanceSquared => "m²",
-        }
+    pub const fn unit(self) -> &'static str {
+        self.described().2
     }
 }
 
@@ -338,87 +240,43 @@ impl GenericTerm {
 /// The dictionary of generic terms for a log with these channels.
 #[must_use]
 pub fn dictionary(present: &[bool; ResidualChannel::COUNT]) -> Vec<GenericTerm> {
-    use Factor as F;
+    use Factor::*;
     let mut terms = Vec::new();
-    let mut add = |target: Target, factors: &[F]| {
+    let mut add = |target: Target, factors: &[Factor]| {
         terms.extend(factors.iter().map(|factor| GenericTerm { target, factor: *factor }));
     };
-    let fins = [F::Fin(0), F::Fin(1), F::Fin(2), F::Fin(3)];
-    let surge = [
-        F::One,
-        F::Time,
-        F::Depth,
-        F::Surge,
-        F::SurgeSquared,
-        F::SwaySquared,
-        F::HeaveSquared,
-        F::Propeller,
-        F::YawRateAbs,
-        F::FinSquares,
-    ];
-    add(Target::Acceleration(0), &surge);
-    let sway = [
-        F::One,
-        F::Time,
-        F::Sway,
-        F::SwayAbs,
-        F::SwaySquared,
-        F::SurgeYawRate,
-        F::YawRateAbs,
-        F::Propeller,
-        F::SurgeSquared,
-    ];
-    add(Target::Acceleration(1), &sway);
-    add(Target::Acceleration(1), &fins);
+    let fins = [FinTop, FinBottom, FinPort, FinStarboard];
+    let surge = [One, Time, Depth, Surge, SurgeSquared, SwaySquared, HeaveSquared, Propeller, YawRateAbs, FinSquares];
+    let sway = [One, Time, Sway, SwayAbs, SwaySquared, SurgeYawRate, YawRateAbs, Propeller, SurgeSquared];
     let heave = [
-        F::One,
-        F::Time,
-        F::Depth,
-        F::Heave,
-        F::HeaveAbs,
-        F::HeaveSquared,
-        F::SurgePitchRate,
-        F::PitchRateAbs,
-        F::SurgeSquared,
-        F::SurgeHeave,
+        &[One, Time, Depth, Heave, HeaveAbs, HeaveSquared][..],
+        &[SurgePitchRate, PitchRateAbs, SurgeSquared, SurgeHeave],
     ];
-    add(Target::Acceleration(2), &heave);
-    add(Target::Acceleration(2), &fins);
-    let roll = [F::One, F::Time, F::RollRate, F::Propeller, F::SurgeSquared, F::Sway, F::SurgeYawRate];
-    add(Target::Acceleration(3), &roll);
-    add(Target::Acceleration(3), &fins);
-    let pitch = [
-        F::One,
-        F::Time,
-        F::Depth,
-        F::Heave,
-        F::HeaveAbs,
-        F::PitchRate,
-        F::PitchRateAbs,
-        F::SurgeSquared,
-        F::SurgeHeave,
-        F::SinPitch,
-    ];
-    add(Target::Acceleration(4), &pitch);
-    add(Target::Acceleration(4), &fins);
-    let yaw = [F::One, F::Time, F::Sway, F::SwayAbs, F::YawRate, F::YawRateAbs, F::SurgeSquared, F::Propeller];
-    add(Target::Acceleration(5), &yaw);
-    add(Target::Acceleration(5), &fins);
-    for axis in 0..2 {
-        add(Target::Water(axis), &[F::Time, F::TimeSquared, F::Depth]);
+    let roll = [One, Time, RollRate, Propeller, SurgeSquared, Sway, SurgeYawRate];
+    let pitch =
+        [&[One, Time, Depth, Heave, HeaveAbs][..], &[PitchRate, PitchRateAbs, SurgeSquared, SurgeHeave, SinPitch]];
+    let yaw = [One, Time, Sway, SwayAbs, YawRate, YawRateAbs, SurgeSquared, Propeller];
+    add(Target::Acceleration(0), &surge);
+    let others: [&[Factor]; 5] = [&sway, &heave.concat(), &roll, &pitch.concat(), &yaw];
+    for (dof, factors) in (1..).zip(others) {
+        add(Target::Acceleration(dof), factors);
+        add(Target::Acceleration(dof), &fins);
     }
-    let readings: [(ResidualChannel, &[F]); 11] = [
-        (ResidualChannel::Depth, &[F::Time, F::SinPitch, F::SurgeSquared]),
-        (ResidualChannel::Roll, &[F::One, F::Time]),
-        (ResidualChannel::Pitch, &[F::Time, F::PitchRate]),
-        (ResidualChannel::Heading, &[F::Time, F::YawRate, F::Propeller, F::SinTwoHeading, F::CosTwoHeading]),
-        (ResidualChannel::P, &[F::Time]),
-        (ResidualChannel::Q, &[F::Time]),
-        (ResidualChannel::R, &[F::Time, F::YawRate]),
-        (ResidualChannel::DvlU, &[F::One, F::PitchRate, F::YawRate]),
-        (ResidualChannel::DvlV, &[F::One, F::RollRate, F::YawRate]),
-        (ResidualChannel::DvlW, &[F::One, F::RollRate, F::PitchRate]),
-        (ResidualChannel::Range, &[F::DistanceSquared]),
+    for axis in 0..2 {
+        add(Target::Water(axis), &[Time, TimeSquared, Depth]);
+    }
+    let readings: [(ResidualChannel, &[Factor]); 11] = [
+        (ResidualChannel::Depth, &[Time, SinPitch, SurgeSquared]),
+        (ResidualChannel::Roll, &[One, Time]),
+        (ResidualChannel::Pitch, &[Time, PitchRate]),
+        (ResidualChannel::Heading, &[Time, YawRate, Propeller, SinTwoHeading, CosTwoHeading]),
+        (ResidualChannel::P, &[Time]),
+        (ResidualChannel::Q, &[Time]),
+        (ResidualChannel::R, &[Time, YawRate]),
+        (ResidualChannel::DvlU, &[One, PitchRate, YawRate]),
+        (ResidualChannel::DvlV, &[One, RollRate, YawRate]),
+        (ResidualChannel::DvlW, &[One, RollRate, PitchRate]),
+        (ResidualChannel::Range, &[DistanceSquared]),
     ];
     for (channel, factors) in readings {
         if present[channel as usize] {

@@ -7,143 +7,102 @@ use crate::statistics::MOST_COLOURED;
 use backseat_core::navigation::SensorNoise;
 use backseat_estimation::commands::{Commands, InputLine, InputTiming};
 use backseat_logs::log::{Column, LogRow, USBL_ANGLE_SIGMA_RAD, Usbl};
+use backseat_logs::plausible_noise::SensorKind;
 use backseat_logs::{Log, VehicleFile};
 
 /// Half of the window over which the ship's track about a launch is taken, µs.
 const SHIP_WINDOW_US: u64 = 5_000_000;
 
-/// Scalar channels of the residual.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-#[repr(u8)]
-pub enum ResidualChannel {
-    /// Depth, m.
-    Depth,
-    /// Roll, rad.
-    Roll,
-    /// Pitch, rad.
-    Pitch,
-    /// Heading, rad.
-    Heading,
-    /// Roll rate, rad/s.
-    P,
-    /// Pitch rate, rad/s.
-    Q,
-    /// Yaw rate, rad/s.
-    R,
-    /// DVL surge over ground, m/s.
-    DvlU,
-    /// DVL sway over ground, m/s.
-    DvlV,
-    /// DVL heave over ground, m/s.
-    DvlW,
-    /// GNSS north of the vehicle, m.
-    GnssX,
-    /// GNSS east of the vehicle, m.
-    GnssY,
-    /// Acoustic range, m.
-    Range,
-    /// Acoustic range rate, m/s.
-    RangeRate,
-    /// USBL along the measured direction, m.
-    UsblAlong,
-    /// USBL across it in the horizontal, to the right, m.
-    UsblAcross,
-    /// USBL across it downwards, m.
-    UsblDown,
-    /// Rate of depth, positive down, m/s (reduced models).
-    DepthRate,
-    /// Speed through the water, m/s (reduced models).
-    WaterSpeed,
-}
-
 /// Distance at which the direction of a USBL is given in metres, where no fix states it, m.
 const USBL_DISTANCE_M: f64 = 500.0;
 
-impl ResidualChannel {
-    /// Number of channels.
-    pub const COUNT: usize = Self::WaterSpeed as usize + 1;
-
-    /// All, in order.
-    pub const ALL: [Self; Self::COUNT] = [
-        Self::Depth,
-        Self::Roll,
-        Self::Pitch,
-        Self::Heading,
-        Self::P,
-        Self::Q,
-        Self::R,
-        Self::DvlU,
-        Self::DvlV,
-        Self::DvlW,
-        Self::GnssX,
-        Self::GnssY,
-        Self::Range,
-        Self::RangeRate,
-        Self::UsblAlong,
-        Self::UsblAcross,
-        Self::UsblDown,
-        Self::DepthRate,
-        Self::WaterSpeed,
-    ];
-
-    /// What the sensor is declared to scatter by in the whitener, in the channel's unit.
-    #[must_use]
-    pub fn declared_sigma(self, sensors: &SensorNoise) -> f64 {
-        match self {
-            Self::Depth | Self::DepthRate => sensors.depth_m,
-            Self::Roll | Self::Pitch | Self::Heading => sensors.attitude_rad,
-            Self::P | Self::Q | Self::R => sensors.rates_radps,
-            Self::DvlU | Self::DvlV | Self::DvlW | Self::WaterSpeed => sensors.dvl_mps,
-            Self::GnssX | Self::GnssY => sensors.gnss_m,
-            Self::Range | Self::UsblAlong => sensors.range_m,
-            Self::UsblAcross | Self::UsblDown => USBL_DISTANCE_M * USBL_ANGLE_SIGMA_RAD,
-            Self::RangeRate => sensors.range_rate_mps,
+macro_rules! channels {
+    (|$sensors:ident| $($(#[$doc:meta])* $channel:ident: $name:literal, $unit:literal, $kind:ident, $sigma:expr;)*) => {
+        /// Scalar channels of the residual.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+        #[repr(u8)]
+        pub enum ResidualChannel {
+            $(#[doc = concat!($name, ", ", $unit, ".")] $(#[$doc])* $channel,)*
         }
-    }
 
+        impl ResidualChannel {
+            /// Number of channels.
+            pub const COUNT: usize = Self::ALL.len();
+
+            /// All, in order.
+            pub const ALL: [Self; [$($name),*].len()] = [$(Self::$channel),*];
+
+            /// Name in reports.
+            #[must_use]
+            pub const fn name(self) -> &'static str {
+                match self {
+                    $(Self::$channel => $name,)*
+                }
+            }
+
+            /// Unit of the channel.
+            #[must_use]
+            pub const fn unit(self) -> &'static str {
+                match self {
+                    $(Self::$channel => $unit,)*
+                }
+            }
+
+            /// The kind of sensor that reads it.
+            #[must_use]
+            pub const fn sensor(self) -> SensorKind {
+                match self {
+                    $(Self::$channel => SensorKind::$kind,)*
+                }
+            }
+
+            /// What the sensor is declared to scatter by in the whitener, in the channel's unit.
+            #[must_use]
+            pub fn declared_sigma(self, $sensors: &SensorNoise) -> f64 {
+                match self {
+                    $(Self::$channel => $sigma,)*
+                }
+            }
+        }
+    };
+}
+
+channels! {
+    |sensors|
+    Depth: "depth", "m", Depth, sensors.depth_m;
+    Roll: "roll", "rad", RollPitch, sensors.attitude_rad;
+    Pitch: "pitch", "rad", RollPitch, sensors.attitude_rad;
+    Heading: "heading", "rad", Heading, sensors.attitude_rad;
+    P: "roll rate", "rad/s", Rates, sensors.rates_radps;
+    Q: "pitch rate", "rad/s", Rates, sensors.rates_radps;
+    R: "yaw rate", "rad/s", Rates, sensors.rates_radps;
+    /// Over ground.
+    DvlU: "DVL surge", "m/s", Dvl, sensors.dvl_mps;
+    /// Over ground.
+    DvlV: "DVL sway", "m/s", Dvl, sensors.dvl_mps;
+    /// Over ground.
+    DvlW: "DVL heave", "m/s", Dvl, sensors.dvl_mps;
+    GnssX: "GNSS north", "m", Gnss, sensors.gnss_m;
+    GnssY: "GNSS east", "m", Gnss, sensors.gnss_m;
+    Range: "range", "m", Range, sensors.range_m;
+    RangeRate: "range rate", "m/s", RangeRate, sensors.range_rate_mps;
+    /// Along the measured direction.
+    UsblAlong: "USBL along", "m", Range, sensors.range_m;
+    /// Across it in the horizontal, to the right.
+    UsblAcross: "USBL across", "m", Usbl, USBL_DISTANCE_M * USBL_ANGLE_SIGMA_RAD;
+    /// Across it downwards.
+    UsblDown: "USBL down", "m", Usbl, USBL_DISTANCE_M * USBL_ANGLE_SIGMA_RAD;
+    /// Positive down (reduced models).
+    DepthRate: "depth rate", "m/s", DepthRate, sensors.depth_m;
+    /// (Reduced models.)
+    WaterSpeed: "speed through water", "m/s", WaterSpeed, sensors.dvl_mps;
+}
+
+impl ResidualChannel {
     /// The largest factor on the declared noise that this kind of sensor makes.
     #[must_use]
     pub fn most_scale(self, sensors: &SensorNoise) -> f64 {
         (self.sensor().most(sensors) / self.declared_sigma(sensors)).max(1.0)
-    }
-
-    /// Name in reports.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Depth => "depth",
-            Self::Roll => "roll",
-            Self::Pitch => "pitch",
-            Self::Heading => "heading",
-            Self::P => "roll rate",
-            Self::Q => "pitch rate",
-            Self::R => "yaw rate",
-            Self::DvlU => "DVL surge",
-            Self::DvlV => "DVL sway",
-            Self::DvlW => "DVL heave",
-            Self::GnssX => "GNSS north",
-            Self::GnssY => "GNSS east",
-            Self::Range => "range",
-            Self::RangeRate => "range rate",
-            Self::UsblAlong => "USBL along",
-            Self::UsblAcross => "USBL across",
-            Self::UsblDown => "USBL down",
-            Self::DepthRate => "depth rate",
-            Self::WaterSpeed => "speed through water",
-        }
-    }
-
-    /// Unit of the channel.
-    #[must_use]
-    pub const fn unit(self) -> &'static str {
-        match self {
-            Self::Depth | Self::GnssX | Self::GnssY | Self::Range => "m",
-            Self::UsblAlong | Self::UsblAcross | Self::UsblDown => "m",
-            Self::Roll | Self::Pitch | Self::Heading => "rad",
-            Self::P | Self::Q | Self::R => "rad/s",
-            Self::DvlU | Self::DvlV | Self::DvlW => "m/s",
-            Self::RangeRate | Self::DepthRate | Self::WaterSpeed => "m/s",
-        }
     }
 }
 
