@@ -95,239 +95,166 @@ impl Fitted {
     }
 }
 
-/// Last-resort hardware.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct FittingSettings {
-    /// Output: tells another safety system that the mission was ended.
-    pub abort_line: Fitted,
-    /// Output: releases a weight, or burns its wire.
-    pub drop_weight: Fitted,
-    /// Input.
-    pub leak: Fitted,
-    /// The vehicle's supply is measured.
-    pub supply: bool,
-    /// The supply over the voltage at the pin.
-    pub supply_ratio: f64,
-    /// Below it the supply is at its end, V.
-    pub supply_last_v: f64,
-    /// So many readings, ten a second, confirm a cause.
-    pub readings: u8,
-    /// Deeper than the largest depth by so much the weight falls, m.
-    pub depth_margin_m: f64,
-    /// The weight falls when a vehicle whose mission was ended has not come up for so long, s; 0: it does not.
-    pub no_ascent_s: f64,
-}
-
-impl FittingSettings {
-    /// Nothing is fitted.
-    pub const NONE: Self = Self {
-        abort_line: Fitted::No,
-        drop_weight: Fitted::No,
-        leak: Fitted::No,
-        supply: false,
-        supply_ratio: 11.0,
-        supply_last_v: 0.0,
-        readings: 20,
-        depth_margin_m: 5.0,
-        no_ascent_s: 60.0,
-    };
-}
-
-/// Settings of the app itself.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct AppSettings {
-    /// Origin of the local frame, degrees north.
-    pub origin_lat_deg: f64,
-    /// Origin of the local frame, degrees east.
-    pub origin_lon_deg: f64,
-
-    /// Where the sensors sit, how they are turned and how late they are.
-    pub installation: Installation,
-    /// Fuse acoustic ranges.
-    pub use_range: bool,
-    /// Fuse acoustic ranges to other vehicles.
-    pub use_peers: bool,
-    /// Fuse acoustic range rates.
-    pub use_range_rate: bool,
-    /// Sign of the modem's Doppler.
-    pub doppler_sign: DopplerSign,
-    /// How the modem's firmware encodes its clock mode.
-    pub clock_encoding: ClockEncoding,
-    /// Largest plausible range, m.
-    pub range_max_m: f64,
-    /// Only packets of this modem address count.
-    pub ship_address: u8,
-    /// The board's own modem address.
-    pub modem_address: u8,
-    /// Length of the acoustic cycle, s; 0: the vehicle sends nothing.
-    pub cycle_period_s: u8,
-    /// Second of the cycle at which the state uplink leaves, s; 255: none.
-    pub uplink_at_s: u8,
-    /// Second of the cycle at which the vehicle pings the ship, s; 255: none.
-    pub ping_at_s: u8,
-    /// Packets count only with the authentication code of this key, if it is set. In no list: nothing reads it back.
-    pub acoustic_key: Key,
-    /// Data and statistics of a packet come within this time of its start, s.
-    pub packet_timeout_s: f64,
-
-    /// Fuse depth.
-    pub use_depth: bool,
-    /// Fuse attitude.
-    pub use_attitude: bool,
-    /// Fuse body rates.
-    pub use_rates: bool,
-    /// Fuse DVL bottom track.
-    pub use_dvl: bool,
-    /// Fuse DVL water track.
-    pub use_water_track: bool,
-    /// Fuse fixes at the surface.
-    pub use_gnss: bool,
-    /// One sigma per axis of a GNSS receiver's slowly varying error, the vehicle's and the ship's alike, m.
-    pub receiver_bias_m: f64,
-    /// Where the mission is flown: how much the water changes.
-    pub water_area: Area,
-    /// Probability in an hour that the error exceeds the protection level.
-    pub level_probability_per_hour: f64,
-    /// What is done with what changes in flight.
-    pub naming: NamingUse,
-    /// Whether a manoeuvre may tell two causes apart.
-    pub separate: Separate,
-    /// Deepest estimate at which a fix is believed, m.
-    pub gnss_max_depth_m: f64,
-    /// AHRS protocol.
-    pub ahrs_protocol: AhrsProtocol,
-    /// DVL source.
-    pub dvl_source: DvlSource,
-    /// Attitude source.
-    pub attitude_source: AttitudeSource,
-    /// Added to a magnetic heading, rad.
-    pub declination_rad: f64,
-    /// Direction of the DVL's beam 3 in the vehicle, forward to starboard, rad.
-    pub dvl_mounting_rad: f64,
-    /// Measurements that are older than the filter by more than this are dropped, s.
-    pub late_tolerance_s: f64,
-
-    /// Estimate what the declaration leaves open ([`backseat_core::navigation::Priors`]).
-    pub robust: bool,
-    /// Estimate the water current.
-    pub current_state: bool,
-    /// One sigma of the current at the start, m/s per axis.
-    pub current_initial_sigma_mps: f64,
-    /// √PSD of the current's random walk, m/s/√s per axis.
-    pub current_random_walk_mps_per_sqrt_s: f64,
-
-    /// Identify the vehicle's parameters under way, as long as there is a DVL that the filter fuses.
-    pub adapt: bool,
-    /// The parameter that is known and fixes the scale of the others.
-    pub adapt_scale: Scale,
-
-    /// `$C` per second.
-    pub compass_rate_hz: f64,
-    /// `$OSI` per second.
-    pub status_rate_hz: f64,
-    /// `$GPRMC` per second.
-    pub gps_rate_hz: f64,
-    /// `$OPI` per second.
-    pub power_rate_hz: f64,
-    /// Units of the frontseat's lengths.
-    pub units: Units,
-    /// `$OMP` or `$OMS`.
-    pub control_mode: ControlMode,
-    /// Largest pitch in `$OMS`, rad.
-    pub helm_pitch_max_rad: f64,
-    /// Timeout sent with every command, s.
-    pub command_timeout_s: u8,
-    /// From sending a command to the fins' movement, s.
-    pub actuator_delay_s: f64,
-    /// Calibration of the bytes of `$OMP`.
-    pub servo: ServoCalibration,
-
-    /// Attitude older than this is stale, s.
-    pub attitude_timeout_s: f64,
-    /// Depth older than this is stale, s.
-    pub depth_timeout_s: f64,
-    /// A frontseat silent for longer is lost, s.
-    pub frontseat_timeout_s: f64,
-    /// A frontseat that refuses commands for longer is not in backseat control, s.
-    pub refusal_timeout_s: f64,
-    /// Position sigma from which navigation counts as degraded, m.
-    pub degraded_sigma_m: f64,
-    /// Position sigma from which the position counts as lost, m.
-    pub lost_sigma_m: f64,
-    /// Protection level from which navigation counts as degraded, horizontally, m; 0: none.
-    pub alert_horizontal_m: f64,
-    /// The same in depth, m; 0: none.
-    pub alert_depth_m: f64,
-    /// What ends a mission though navigation is valid.
-    pub safety: SafetyLimits,
+backseat_core::with_defaults! {
     /// Last-resort hardware.
-    pub fittings: FittingSettings,
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    pub struct FittingSettings;
+    /// Nothing is fitted.
+    const NONE {
+        /// Output: tells another safety system that the mission was ended.
+        abort_line: Fitted = Fitted::No,
+        /// Output: releases a weight, or burns its wire.
+        drop_weight: Fitted = Fitted::No,
+        /// Input.
+        leak: Fitted = Fitted::No,
+        /// The vehicle's supply is measured.
+        supply: bool = false,
+        /// The supply over the voltage at the pin.
+        supply_ratio: f64 = 11.0,
+        /// Below it the supply is at its end, V.
+        supply_last_v: f64 = 0.0,
+        /// So many readings, ten a second, confirm a cause.
+        readings: u8 = 20,
+        /// Deeper than the largest depth by so much the weight falls, m.
+        depth_margin_m: f64 = 5.0,
+        /// The weight falls when a vehicle whose mission was ended has not come up for so long, s; 0: it does not.
+        no_ascent_s: f64 = 60.0,
+    }
 }
 
-impl AppSettings {
+backseat_core::with_defaults! {
+    /// Settings of the app itself.
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    pub struct AppSettings;
     /// A fresh board: reference vehicle, no DVL, `$OMP`.
-    pub const DEFAULT: Self = Self {
-        origin_lat_deg: 41.5,
-        origin_lon_deg: -70.7,
-        installation: Installation::DEFAULT,
-        use_range: true,
-        use_peers: false,
-        use_range_rate: false,
-        doppler_sign: DopplerSign::OpeningPositive,
-        clock_encoding: ClockEncoding::Legacy,
-        range_max_m: 5000.0,
-        ship_address: 1,
-        modem_address: 2,
-        cycle_period_s: 0,
-        uplink_at_s: 255,
-        ping_at_s: 255,
-        acoustic_key: Key::NONE,
-        packet_timeout_s: 10.0,
-        use_depth: true,
-        use_attitude: true,
-        use_rates: true,
-        use_dvl: false,
-        use_water_track: false,
-        use_gnss: true,
-        receiver_bias_m: 1.5,
-        water_area: Declared::DEFAULT.area,
-        level_probability_per_hour: Declared::DEFAULT.probability_per_hour,
-        naming: NamingUse::Name,
-        separate: Separate::Never,
-        gnss_max_depth_m: 1.0,
-        ahrs_protocol: AhrsProtocol::Gx3,
-        dvl_source: DvlSource::Pd0,
-        attitude_source: AttitudeSource::Ahrs,
-        declination_rad: 0.0,
-        dvl_mounting_rad: 0.0,
-        late_tolerance_s: 1.0,
-        robust: true,
-        current_state: false,
-        current_initial_sigma_mps: 0.2,
-        current_random_walk_mps_per_sqrt_s: 1.0e-4,
-        adapt: true,
-        adapt_scale: Scale::M11,
-        compass_rate_hz: 7.0,
-        status_rate_hz: 1.0,
-        gps_rate_hz: 1.0,
-        power_rate_hz: 0.0,
-        units: Units::remote_helm(5),
-        control_mode: ControlMode::Direct,
-        helm_pitch_max_rad: 0.523_598_775_598_298_8,
-        command_timeout_s: 2,
-        actuator_delay_s: 0.0,
-        servo: ServoCalibration::NOMINAL,
-        attitude_timeout_s: 2.0,
-        depth_timeout_s: 2.0,
-        frontseat_timeout_s: 10.0,
-        refusal_timeout_s: 3.0,
-        degraded_sigma_m: 30.0,
-        lost_sigma_m: 300.0,
-        alert_horizontal_m: 0.0,
-        alert_depth_m: 0.0,
-        safety: SafetyLimits::DEFAULT,
-        fittings: FittingSettings::NONE,
-    };
+    const DEFAULT {
+        /// Origin of the local frame, degrees north.
+        origin_lat_deg: f64 = 41.5,
+        /// Origin of the local frame, degrees east.
+        origin_lon_deg: f64 = -70.7,
+
+        /// Where the sensors sit, how they are turned and how late they are.
+        installation: Installation = Installation::DEFAULT,
+        /// Fuse acoustic ranges.
+        use_range: bool = true,
+        /// Fuse acoustic ranges to other vehicles.
+        use_peers: bool = false,
+        /// Fuse acoustic range rates.
+        use_range_rate: bool = false,
+        /// Sign of the modem's Doppler.
+        doppler_sign: DopplerSign = DopplerSign::OpeningPositive,
+        /// How the modem's firmware encodes its clock mode.
+        clock_encoding: ClockEncoding = ClockEncoding::Legacy,
+        /// Largest plausible range, m.
+        range_max_m: f64 = 5000.0,
+        /// Only packets of this modem address count.
+        ship_address: u8 = 1,
+        /// The board's own modem address.
+        modem_address: u8 = 2,
+        /// Length of the acoustic cycle, s; 0: the vehicle sends nothing.
+        cycle_period_s: u8 = 0,
+        /// Second of the cycle at which the state uplink leaves, s; 255: none.
+        uplink_at_s: u8 = 255,
+        /// Second of the cycle at which the vehicle pings the ship, s; 255: none.
+        ping_at_s: u8 = 255,
+        /// Packets count only with the authentication code of this key, if it is set. In no list: nothing reads it.
+        acoustic_key: Key = Key::NONE,
+        /// Data and statistics of a packet come within this time of its start, s.
+        packet_timeout_s: f64 = 10.0,
+
+        /// Fuse depth.
+        use_depth: bool = true,
+        /// Fuse attitude.
+        use_attitude: bool = true,
+        /// Fuse body rates.
+        use_rates: bool = true,
+        /// Fuse DVL bottom track.
+        use_dvl: bool = false,
+        /// Fuse DVL water track.
+        use_water_track: bool = false,
+        /// Fuse fixes at the surface.
+        use_gnss: bool = true,
+        /// One sigma per axis of a GNSS receiver's slowly varying error, the vehicle's and the ship's alike, m.
+        receiver_bias_m: f64 = 1.5,
+        /// Where the mission is flown: how much the water changes.
+        water_area: Area = Declared::DEFAULT.area,
+        /// Probability in an hour that the error exceeds the protection level.
+        level_probability_per_hour: f64 = Declared::DEFAULT.probability_per_hour,
+        /// What is done with what changes in flight.
+        naming: NamingUse = NamingUse::Name,
+        /// Whether a manoeuvre may tell two causes apart.
+        separate: Separate = Separate::Never,
+        /// Deepest estimate at which a fix is believed, m.
+        gnss_max_depth_m: f64 = 1.0,
+        /// AHRS protocol.
+        ahrs_protocol: AhrsProtocol = AhrsProtocol::Gx3,
+        /// DVL source.
+        dvl_source: DvlSource = DvlSource::Pd0,
+        /// Attitude source.
+        attitude_source: AttitudeSource = AttitudeSource::Ahrs,
+        /// Added to a magnetic heading, rad.
+        declination_rad: f64 = 0.0,
+        /// Direction of the DVL's beam 3 in the vehicle, forward to starboard, rad.
+        dvl_mounting_rad: f64 = 0.0,
+        /// Measurements that are older than the filter by more than this are dropped, s.
+        late_tolerance_s: f64 = 1.0,
+
+        /// Estimate what the declaration leaves open ([`backseat_core::navigation::Priors`]).
+        robust: bool = true,
+        /// Estimate the water current.
+        current_state: bool = false,
+        /// One sigma of the current at the start, m/s per axis.
+        current_initial_sigma_mps: f64 = 0.2,
+        /// √PSD of the current's random walk, m/s/√s per axis.
+        current_random_walk_mps_per_sqrt_s: f64 = 1.0e-4,
+
+        /// Identify the vehicle's parameters under way, as long as there is a DVL that the filter fuses.
+        adapt: bool = true,
+        /// The parameter that is known and fixes the scale of the others.
+        adapt_scale: Scale = Scale::M11,
+
+        /// `$C` per second.
+        compass_rate_hz: f64 = 7.0,
+        /// `$OSI` per second.
+        status_rate_hz: f64 = 1.0,
+        /// `$GPRMC` per second.
+        gps_rate_hz: f64 = 1.0,
+        /// `$OPI` per second.
+        power_rate_hz: f64 = 0.0,
+        /// Units of the frontseat's lengths.
+        units: Units = Units::remote_helm(5),
+        /// `$OMP` or `$OMS`.
+        control_mode: ControlMode = ControlMode::Direct,
+        /// Largest pitch in `$OMS`, rad.
+        helm_pitch_max_rad: f64 = 0.523_598_775_598_298_8,
+        /// Timeout sent with every command, s.
+        command_timeout_s: u8 = 2,
+        /// From sending a command to the fins' movement, s.
+        actuator_delay_s: f64 = 0.0,
+        /// Calibration of the bytes of `$OMP`.
+        servo: ServoCalibration = ServoCalibration::NOMINAL,
+
+        /// Attitude older than this is stale, s.
+        attitude_timeout_s: f64 = 2.0,
+        /// Depth older than this is stale, s.
+        depth_timeout_s: f64 = 2.0,
+        /// A frontseat silent for longer is lost, s.
+        frontseat_timeout_s: f64 = 10.0,
+        /// A frontseat that refuses commands for longer is not in backseat control, s.
+        refusal_timeout_s: f64 = 3.0,
+        /// Position sigma from which navigation counts as degraded, m.
+        degraded_sigma_m: f64 = 30.0,
+        /// Position sigma from which the position counts as lost, m.
+        lost_sigma_m: f64 = 300.0,
+        /// Protection level from which navigation counts as degraded, horizontally, m; 0: none.
+        alert_horizontal_m: f64 = 0.0,
+        /// The same in depth, m; 0: none.
+        alert_depth_m: f64 = 0.0,
+        /// What ends a mission though navigation is valid.
+        safety: SafetyLimits = SafetyLimits::DEFAULT,
+        /// Last-resort hardware.
+        fittings: FittingSettings = FittingSettings::NONE,
+    }
 }
 
 /// All parameters of the app.

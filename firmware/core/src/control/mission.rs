@@ -35,36 +35,27 @@ pub enum MissionError {
     Speed,
 }
 
-/// A lawnmower pattern: parallel lines, alternately out and back, joined by short legs.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Lawnmower {
-    /// First corner, north and east, m.
-    pub origin_ne_m: [f64; 2],
-    /// Course of the first line, rad.
-    pub course_rad: f64,
-    /// Length of the lines, m.
-    pub line_m: f64,
-    /// Distance between lines, m; positive steps to the right of the first line.
-    pub spacing_m: f64,
-    /// How many lines.
-    pub lines: usize,
-    /// Depth, m.
-    pub depth_m: f64,
-    /// Speed, m/s.
-    pub speed_mps: f64,
-}
-
-impl Lawnmower {
+crate::with_defaults! {
+    /// A lawnmower pattern: parallel lines, alternately out and back, joined by short legs.
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    pub struct Lawnmower;
     /// The survey of chapter 5: ten 1 km lines 100 m apart at 1 m/s and 3 m depth.
-    pub const REFERENCE: Self = Self {
-        origin_ne_m: [0.0, 0.0],
-        course_rad: 0.0,
-        line_m: 1000.0,
-        spacing_m: 100.0,
-        lines: 10,
-        depth_m: 3.0,
-        speed_mps: 1.0,
-    };
+    const REFERENCE {
+        /// First corner, north and east, m.
+        origin_ne_m: [f64; 2] = [0.0, 0.0],
+        /// Course of the first line, rad.
+        course_rad: f64 = 0.0,
+        /// Length of the lines, m.
+        line_m: f64 = 1000.0,
+        /// Distance between lines, m; positive steps to the right of the first line.
+        spacing_m: f64 = 100.0,
+        /// How many lines.
+        lines: usize = 10,
+        /// Depth, m.
+        depth_m: f64 = 3.0,
+        /// Speed, m/s.
+        speed_mps: f64 = 1.0,
+    }
 }
 
 /// A validated list of waypoints.

@@ -51,43 +51,34 @@ pub enum ControlLaw {
     LqrOnReference,
 }
 
-/// Configuration of the controller.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ControlConfig {
-    /// PD or LQR.
-    pub law: ControlLaw,
-    /// Fin allocation.
-    pub allocation: AllocationMethod,
-    /// Actuator limits.
-    pub limits: ActuatorLimits,
-    /// Radius of the turns at waypoints, m.
-    pub turn_radius_m: f64,
-    /// Speed through the water the first gain is made for, m/s.
-    pub cruise_speed_mps: f64,
-    /// Approach to line and depth; its largest angles hold for every law.
-    pub guidance: GuidanceGains,
-    /// Gains of the PD law.
-    pub pd: PdGains,
-    /// Gains of the speed law; its largest thrust holds for every law.
-    pub speed: SpeedGains,
-    /// Weights of the LQR.
-    pub lqr: LqrWeights,
+crate::with_defaults! {
+    /// Configuration of the controller.
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    pub struct ControlConfig;
+    /// LQR for the reference survey.
+    const REFERENCE {
+        /// PD or LQR.
+        law: ControlLaw = ControlLaw::Lqr,
+        /// Fin allocation.
+        allocation: AllocationMethod = AllocationMethod::Decoupled,
+        /// Actuator limits.
+        limits: ActuatorLimits = ActuatorLimits::DEFAULT,
+        /// Radius of the turns at waypoints, m.
+        turn_radius_m: f64 = 5.0,
+        /// Speed through the water the first gain is made for, m/s.
+        cruise_speed_mps: f64 = 1.0,
+        /// Approach to line and depth; its largest angles hold for every law.
+        guidance: GuidanceGains = GuidanceGains::DEFAULT,
+        /// Gains of the PD law.
+        pd: PdGains = PdGains::DEFAULT,
+        /// Gains of the speed law; its largest thrust holds for every law.
+        speed: SpeedGains = SpeedGains::DEFAULT,
+        /// Weights of the LQR.
+        lqr: LqrWeights = LqrWeights::DEFAULT,
+    }
 }
 
 impl ControlConfig {
-    /// LQR for the reference survey.
-    pub const REFERENCE: Self = Self {
-        law: ControlLaw::Lqr,
-        allocation: AllocationMethod::Decoupled,
-        limits: ActuatorLimits::DEFAULT,
-        turn_radius_m: 5.0,
-        cruise_speed_mps: 1.0,
-        guidance: GuidanceGains::DEFAULT,
-        pd: PdGains::DEFAULT,
-        speed: SpeedGains::DEFAULT,
-        lqr: LqrWeights::DEFAULT,
-    };
-
     /// Its rows of the table of parameters.
     #[rustfmt::skip] // a row a line, to be read as a table
     pub const ROWS: &[Row<Self>] = &[

@@ -25,50 +25,39 @@ impl Scale {
     }
 }
 
-/// Settings of the identifier.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct IdentificationConfig {
-    /// Time between samples, s. Intervals within half of it are taken as they are, others empty the filter.
-    pub period_s: f64,
-    /// α of (4.41), 1/s.
-    pub alpha_per_s: f64,
-    /// γ of Γ_j = γ / mean(Yᵀ M⁻¹ Y)_jj at the start and in the end, 1/s².
-    pub gamma_per_s2: [f64; 2],
-    /// Time constant of γ's fall, s of adaptation.
-    pub gamma_time_s: f64,
-    /// The known parameter.
-    pub scale: Scale,
-    /// The estimates of this time are averaged, s; a snapshot is several times worse.
-    pub average_s: f64,
-    /// The first samples that only set the gains, s.
-    pub warm_up_s: f64,
-    /// θ̂ stays between these multiples of the prior.
-    pub box_ratio: [f64; 2],
-    /// A parameter is excited when an error of half its box would change the acceleration of some axis by this much,
-    /// root mean square: m/s² and rad/s². It also has to do so by more than the sensors' noise does.
-    pub excitation_floor: [f64; 6],
-    /// One-sigma noise of the measured v, m/s and rad/s.
-    pub velocity_noise: [f64; 6],
-    /// One-sigma noise of roll and pitch, rad.
-    pub roll_pitch_noise_rad: f64,
+crate::with_defaults! {
+    /// Settings of the identifier.
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    pub struct IdentificationConfig;
+    /// 10 Hz, DVL and attitude sensor as in Table 4.13.
+    const DEFAULT {
+        /// Time between samples, s. Intervals within half of it are taken as they are, others empty the filter.
+        period_s: f64 = 0.1,
+        /// α of (4.41), 1/s.
+        alpha_per_s: f64 = 0.3,
+        /// γ of Γ_j = γ / mean(Yᵀ M⁻¹ Y)_jj at the start and in the end, 1/s².
+        gamma_per_s2: [f64; 2] = [0.3, 0.03],
+        /// Time constant of γ's fall, s of adaptation.
+        gamma_time_s: f64 = 1000.0,
+        /// The known parameter.
+        scale: Scale = Scale::M11,
+        /// The estimates of this time are averaged, s; a snapshot is several times worse.
+        average_s: f64 = 1000.0,
+        /// The first samples that only set the gains, s.
+        warm_up_s: f64 = 60.0,
+        /// θ̂ stays between these multiples of the prior.
+        box_ratio: [f64; 2] = [0.3, 3.0],
+        /// A parameter is excited when an error of half its box would change the acceleration of some axis by this
+        /// much, root mean square: m/s² and rad/s². It also has to do so by more than the sensors' noise does.
+        excitation_floor: [f64; 6] = [1.0e-3, 1.0e-3, 1.0e-3, 1.0e-2, 1.0e-3, 1.0e-3],
+        /// One-sigma noise of the measured v, m/s and rad/s.
+        velocity_noise: [f64; 6] = [0.013, 0.013, 0.013, 1.75e-4, 1.75e-4, 1.75e-4],
+        /// One-sigma noise of roll and pitch, rad.
+        roll_pitch_noise_rad: f64 = 4.36e-3,
+    }
 }
 
 impl IdentificationConfig {
-    /// 10 Hz, DVL and attitude sensor as in Table 4.13.
-    pub const DEFAULT: Self = Self {
-        period_s: 0.1,
-        alpha_per_s: 0.3,
-        gamma_per_s2: [0.3, 0.03],
-        gamma_time_s: 1000.0,
-        scale: Scale::M11,
-        average_s: 1000.0,
-        warm_up_s: 60.0,
-        box_ratio: [0.3, 3.0],
-        excitation_floor: [1.0e-3, 1.0e-3, 1.0e-3, 1.0e-2, 1.0e-3, 1.0e-3],
-        velocity_noise: [0.013, 0.013, 0.013, 1.75e-4, 1.75e-4, 1.75e-4],
-        roll_pitch_noise_rad: 4.36e-3,
-    };
-
     /// Before it is configured: all bytes zero, so that an identifier costs no flash.
     pub(super) const NONE: Self = Self {
         period_s: 0.0,

@@ -10,6 +10,7 @@
 //! To add a parameter: a field and its default, and a row. To add a section: its struct, its rows, its name in
 //! `SECTIONS`, and its place in the app's list.
 
+mod defaults;
 mod installation;
 mod joint;
 mod learnt;
