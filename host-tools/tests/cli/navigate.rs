@@ -2,6 +2,7 @@
 
 use crate::harness::backseat;
 use backseat_logs::{Column, LogRow, LogWriter, Truth, TruthRow, TruthWriter, VehicleFile};
+use hil_sim::rng::{Source, Stream};
 use std::path::PathBuf;
 use std::process::Output;
 use tempfile::TempDir;
@@ -11,34 +12,30 @@ struct Mission {
     folder: TempDir,
 }
 
-/// A reproducible number in ±1.
-fn noise(k: u64, salt: u64) -> f64 {
-    let mut x = k.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ salt.wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    x = (x ^ (x >> 31)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    ((x >> 11) as f64 / (1_u64 << 53) as f64) * 2.0 - 1.0
-}
-
 impl Mission {
     fn new() -> Self {
         let mission = Self { folder: tempfile::tempdir().unwrap() };
+        let mut random = Stream::new(1, Source::Study);
+        // uniform, within so much of 0
+        let mut noise = |most: f64| most * (2.0 * random.uniform() - 1.0);
         let mut log = LogWriter::create(&mission.path("log.csv")).unwrap();
         let mut truth = TruthWriter::create(&mission.path("truth.csv")).unwrap();
         for k in 0..=900_u64 {
             let (time_us, t) = (k * 200_000, k as f64 * 0.2);
             let mut row = LogRow::new(time_us);
-            row.set(Column::Depth, 3.0 + 0.06 * noise(k, 1));
-            row.set_all(Column::DvlU, &[1.0 + 0.01 * noise(k, 2), 0.01 * noise(k, 3), 0.01 * noise(k, 4)]);
-            row.set_all(Column::Roll, &[0.01 * noise(k, 5), 0.01 * noise(k, 6), 0.01 * noise(k, 7)]);
-            row.set_all(Column::P, &[0.005 * noise(k, 8), 0.005 * noise(k, 9), 0.005 * noise(k, 10)]);
+            row.set(Column::Depth, 3.0 + noise(0.06));
+            row.set_all(Column::DvlU, &[1.0 + noise(0.01), noise(0.01), noise(0.01)]);
+            row.set_all(Column::Roll, &[noise(0.01), noise(0.01), noise(0.01)]);
+            row.set_all(Column::P, &[noise(0.005), noise(0.005), noise(0.005)]);
             row.set(Column::PropRpm, 1005.0).set_all(Column::FinTop, &[0.0; 4]);
             if k % 5 == 0 {
-                row.set_all(Column::ShipGpsX, &[200.0 + 0.5 * noise(k, 11), t + 0.5 * noise(k, 12)]);
+                row.set_all(Column::ShipGpsX, &[200.0 + noise(0.5), t + noise(0.5)]);
                 if t <= 10.0 {
-                    row.set_all(Column::GpsX, &[t + noise(k, 13), noise(k, 14)]);
+                    row.set_all(Column::GpsX, &[t + noise(1.0), noise(1.0)]);
                 }
             }
             if k % 150 == 0 && k > 0 {
-                let range = (200.0 - t).hypot(t).hypot(3.0) + 0.5 * noise(k, 15);
+                let range = (200.0 - t).hypot(t).hypot(3.0) + noise(0.5);
                 let rate = ((t - 200.0) + t) / range;
                 let launch = t - range / 1500.0;
                 row.set_all(Column::Range, &[range, rate, launch, t, 200.0, launch]);

@@ -6,6 +6,7 @@ use backseat_app::parameters::PARAMETERS;
 use backseat_link::Pty;
 use backseat_logs::session::{Clock, Entry, Event, Reader};
 use backseat_wire::hostlink::{Decoder, FromBoard, Port};
+use hil_sim::rng::{Source, Stream};
 use serde_json::Value;
 use std::os::unix::fs::symlink;
 use std::path::{Path, PathBuf};
@@ -188,14 +189,10 @@ fn a_full_disk_is_told_and_what_is_written_can_be_read() {
     command.args(["-c", &script, PROGRAM]);
     let mut recording = Recording::spawn(command, folder);
     // bytes that do not compress
-    let mut state = 1_u32;
-    let mut noise = || {
-        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-        (state >> 24) as u8
-    };
+    let mut random = Stream::new(1, Source::Study);
     let mut sent = Vec::new();
     wait_for("the end", || {
-        let block: Vec<u8> = (0..256).map(|_| noise()).collect();
+        let block: Vec<u8> = (0..256).map(|_| (256.0 * random.uniform()) as u8).collect();
         if line.write_all(&block).is_ok() {
             sent.extend_from_slice(&block);
         }
