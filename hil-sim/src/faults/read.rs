@@ -15,55 +15,6 @@ const WATCHDOG_DOWN_S: f64 = 0.7;
 
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(rename_all = "snake_case")]
-enum Name {
-    Lost,
-    Repeated,
-    Reordered,
-    Late,
-    BitFlipped,
-    Truncated,
-    Silent,
-    Babbling,
-    Garbage,
-    DvlNoLock,
-    DvlFalseLock,
-    AhrsFrozen,
-    AhrsNan,
-    AhrsUpsideDown,
-    AhrsTimerRollover,
-    DepthJump,
-    DepthDrift,
-    DepthFactor,
-    GnssJump,
-    GnssDrift,
-    GnssWander,
-    ShipGnssJump,
-    HeadingJump,
-    HeadingDrift,
-    PacketLate,
-    PacketDuplicated,
-    PacketWrongSource,
-    PacketWrongSecond,
-    PacketForged,
-    PacketReplayed,
-    PacketAbort,
-    Multipath,
-    ModemClockStep,
-    ModemClockDrift,
-    ShipPosition,
-    ShipWander,
-    FrontseatRefuses,
-    FrontseatReboots,
-    FrontseatMode,
-    Reset,
-    BoardClock,
-    FlashCorrupted,
-    Leak,
-    SupplyDip,
-}
-
-#[derive(Clone, Copy, Debug, Deserialize)]
-#[serde(rename_all = "snake_case")]
 enum PortName {
     Frontseat,
     Dvl,
@@ -169,105 +120,124 @@ impl TryFrom<Written> for Fault {
 }
 
 impl Written {
-    /// Takes what damage to frames calls for; nothing for other faults.
-    fn damage(&mut self) -> Result<Option<Damage>, String> {
-        let factor = |factor: u32| match factor {
-            1..=1000 => Ok(factor),
-            other => Err(format!("factor: {other} is outside 1 to 1000")),
+    /// Frames of a port, one way of its line or both, are damaged.
+    fn line(&mut self, damage: Damage) -> Result<FaultKind, String> {
+        let port = match need!(self.port) {
+            PortName::Frontseat => Port::Frontseat,
+            PortName::Dvl => Port::Dvl,
+            PortName::Ahrs => Port::Ahrs,
+            PortName::Modem => Port::Modem,
         };
-        Ok(Some(match self.name {
-            Name::Lost => Damage::Lost { share: need!(self.share) },
-            Name::Repeated => Damage::Repeated { share: need!(self.share) },
-            Name::Reordered => Damage::Reordered { share: need!(self.share) },
-            Name::Late => Damage::Late { delay_us: micros(need!(self.delay_s)), share: need!(self.share) },
-            Name::BitFlipped => Damage::BitFlipped { share: need!(self.share) },
-            Name::Truncated => Damage::Truncated { share: need!(self.share) },
-            Name::Silent => Damage::Silent,
-            Name::Babbling => Damage::Babbling { factor: factor(need!(self.factor))? },
-            Name::Garbage => Damage::Garbage { factor: factor(need!(self.factor))? },
-            _ => return Ok(None),
-        }))
+        Ok(FaultKind::Line { port, direction: self.direction.take().unwrap_or_default(), damage })
+    }
+
+    fn factor(&mut self) -> Result<u32, String> {
+        match need!(self.factor) {
+            factor @ 1..=1000 => Ok(factor),
+            other => Err(format!("factor: {other} is outside 1 to 1000")),
+        }
     }
 
     fn wander(&mut self) -> Result<Wander, String> {
         let period_s = need!(self.period_s);
         Ok(Wander { sigma_m: need!(self.sigma_m), period_s })
     }
+}
 
-    /// Takes what the name calls for.
-    fn kind(&mut self) -> Result<FaultKind, String> {
-        if let Some(damage) = self.damage()? {
-            let port = match need!(self.port) {
-                PortName::Frontseat => Port::Frontseat,
-                PortName::Dvl => Port::Dvl,
-                PortName::Ahrs => Port::Ahrs,
-                PortName::Modem => Port::Modem,
-            };
-            return Ok(FaultKind::Line { port, direction: self.direction.take().unwrap_or_default(), damage });
+/// The names of faults, and what each takes of its numbers.
+macro_rules! faults {
+    (|$numbers:ident| $($name:ident => $kind:expr,)*) => {
+        #[derive(Clone, Copy, Debug, Deserialize)]
+        #[serde(rename_all = "snake_case")]
+        enum Name {
+            $($name,)*
         }
-        Ok(match self.name {
-            Name::DvlNoLock => Sensor(SensorFault::DvlNoLock),
-            Name::DvlFalseLock => Sensor(SensorFault::DvlFalseLock { velocity_mps: need!(self.velocity_mps) }),
-            Name::AhrsFrozen => Sensor(SensorFault::AhrsFrozen),
-            Name::AhrsNan => Sensor(SensorFault::AhrsNan),
-            Name::AhrsUpsideDown => Sensor(SensorFault::AhrsUpsideDown),
-            Name::AhrsTimerRollover => Sensor(SensorFault::AhrsTimerRollover),
-            Name::DepthJump => Sensor(SensorFault::DepthJump { depth_m: need!(self.depth_m) }),
-            Name::DepthDrift => Sensor(SensorFault::DepthDrift { rate_mps: need!(self.rate_mps) }),
-            Name::DepthFactor => Sensor(SensorFault::DepthFactor { factor: need!(self.ratio) }),
-            Name::GnssJump => Sensor(SensorFault::GnssJump { offset_m: need!(self.offset_m) }),
-            Name::GnssDrift => Sensor(SensorFault::GnssDrift { drift_mps: need!(self.drift_mps) }),
-            Name::ShipGnssJump => Sensor(SensorFault::ShipGnssJump { offset_m: need!(self.offset_m) }),
-            Name::GnssWander => Sensor(SensorFault::GnssWander(self.wander()?)),
-            Name::HeadingJump => Sensor(SensorFault::HeadingJump { heading_rad: need!(self.heading_rad) }),
-            Name::HeadingDrift => Sensor(SensorFault::HeadingDrift { rate_radps: need!(self.rate_radps) }),
-            Name::PacketLate => Packet(PacketFault::Late { delay_us: micros(need!(self.delay_s)) }),
-            Name::PacketDuplicated => Packet(PacketFault::Duplicated { delay_us: micros(need!(self.delay_s)) }),
-            Name::PacketWrongSource => Packet(PacketFault::WrongSource { address: need!(self.address) }),
-            Name::PacketWrongSecond => {
-                let offset_s = need!(self.offset_s);
-                if offset_s.fract() != 0.0 {
-                    return Err(format!("offset_s: {offset_s} is no whole second"));
-                }
-                Packet(PacketFault::WrongSecond { offset_s: offset_s as i32 })
+
+        impl Written {
+            /// Takes what the name calls for.
+            fn kind(&mut self) -> Result<FaultKind, String> {
+                let $numbers = self;
+                Ok(match $numbers.name {
+                    $(Name::$name => $kind,)*
+                })
             }
-            Name::PacketForged => Packet(PacketFault::Forged),
-            Name::PacketReplayed => Packet(PacketFault::Replayed),
-            Name::PacketAbort => Packet(PacketFault::Abort { address: need!(self.address) }),
-            Name::Multipath => {
-                Packet(PacketFault::Multipath { share: need!(self.share), extra_m: need!(self.extra_m) })
-            }
-            Name::ModemClockStep => Packet(PacketFault::ClockStep { offset_s: need!(self.offset_s) }),
-            Name::ModemClockDrift => Packet(PacketFault::ClockDrift { rate: 1e-6 * need!(self.drift_ppm) }),
-            Name::ShipPosition => {
-                let offset_m = need!(self.offset_m);
-                Packet(PacketFault::ShipPosition { offset_m, share: self.share.take().unwrap_or(1.0) })
-            }
-            Name::ShipWander => Packet(PacketFault::ShipWander(self.wander()?)),
-            Name::FrontseatRefuses => Frontseat(FrontseatFault::Refuses),
-            Name::FrontseatReboots => Frontseat(FrontseatFault::Reboots),
-            Name::FrontseatMode => Frontseat(FrontseatFault::Mode(need!(self.mode).mode())),
-            Name::Reset => {
-                let cause = match self.cause.take().unwrap_or_default() {
-                    ResetCauseName::Watchdog => ResetCause::Watchdog,
-                    ResetCauseName::BrownOut => ResetCause::BrownOut,
-                };
-                let down_us = micros(self.down_s.take().unwrap_or(WATCHDOG_DOWN_S));
-                Board(BoardFault::Reset { cause, down_us })
-            }
-            Name::BoardClock => {
-                let offset_s = need!(self.offset_s);
-                Board(BoardFault::Clock { offset_us: (offset_s * 1e6).round() as i64 })
-            }
-            Name::FlashCorrupted => match need!(self.copies) {
-                copies @ 1..=2 => Board(BoardFault::Flash { copies }),
-                other => return Err(format!("copies: {other} is not 1 or 2")),
-            },
-            Name::Leak => FaultKind::Fitting(FittingFault::Leak),
-            Name::SupplyDip => FaultKind::Fitting(FittingFault::SupplyDip { supply_v: need!(self.supply_v) }),
-            name => return Err(format!("{name:?} is no such fault")),
-        })
-    }
+        }
+    };
+}
+
+faults! {
+    |numbers|
+    Lost => { let share = need!(numbers.share); numbers.line(Damage::Lost { share })? },
+    Repeated => { let share = need!(numbers.share); numbers.line(Damage::Repeated { share })? },
+    Reordered => { let share = need!(numbers.share); numbers.line(Damage::Reordered { share })? },
+    Late => {
+        let (delay_us, share) = (micros(need!(numbers.delay_s)), need!(numbers.share));
+        numbers.line(Damage::Late { delay_us, share })?
+    },
+    BitFlipped => { let share = need!(numbers.share); numbers.line(Damage::BitFlipped { share })? },
+    Truncated => { let share = need!(numbers.share); numbers.line(Damage::Truncated { share })? },
+    Silent => numbers.line(Damage::Silent)?,
+    Babbling => { let factor = numbers.factor()?; numbers.line(Damage::Babbling { factor })? },
+    Garbage => { let factor = numbers.factor()?; numbers.line(Damage::Garbage { factor })? },
+    DvlNoLock => Sensor(SensorFault::DvlNoLock),
+    DvlFalseLock => Sensor(SensorFault::DvlFalseLock { velocity_mps: need!(numbers.velocity_mps) }),
+    AhrsFrozen => Sensor(SensorFault::AhrsFrozen),
+    AhrsNan => Sensor(SensorFault::AhrsNan),
+    AhrsUpsideDown => Sensor(SensorFault::AhrsUpsideDown),
+    AhrsTimerRollover => Sensor(SensorFault::AhrsTimerRollover),
+    DepthJump => Sensor(SensorFault::DepthJump { depth_m: need!(numbers.depth_m) }),
+    DepthDrift => Sensor(SensorFault::DepthDrift { rate_mps: need!(numbers.rate_mps) }),
+    DepthFactor => Sensor(SensorFault::DepthFactor { factor: need!(numbers.ratio) }),
+    GnssJump => Sensor(SensorFault::GnssJump { offset_m: need!(numbers.offset_m) }),
+    GnssDrift => Sensor(SensorFault::GnssDrift { drift_mps: need!(numbers.drift_mps) }),
+    ShipGnssJump => Sensor(SensorFault::ShipGnssJump { offset_m: need!(numbers.offset_m) }),
+    GnssWander => Sensor(SensorFault::GnssWander(numbers.wander()?)),
+    HeadingJump => Sensor(SensorFault::HeadingJump { heading_rad: need!(numbers.heading_rad) }),
+    HeadingDrift => Sensor(SensorFault::HeadingDrift { rate_radps: need!(numbers.rate_radps) }),
+    PacketLate => Packet(PacketFault::Late { delay_us: micros(need!(numbers.delay_s)) }),
+    PacketDuplicated => Packet(PacketFault::Duplicated { delay_us: micros(need!(numbers.delay_s)) }),
+    PacketWrongSource => Packet(PacketFault::WrongSource { address: need!(numbers.address) }),
+    PacketWrongSecond => {
+        let offset_s = need!(numbers.offset_s);
+        if offset_s.fract() != 0.0 {
+            return Err(format!("offset_s: {offset_s} is no whole second"));
+        }
+        Packet(PacketFault::WrongSecond { offset_s: offset_s as i32 })
+    },
+    PacketForged => Packet(PacketFault::Forged),
+    PacketReplayed => Packet(PacketFault::Replayed),
+    PacketAbort => Packet(PacketFault::Abort { address: need!(numbers.address) }),
+    Multipath => {
+        Packet(PacketFault::Multipath { share: need!(numbers.share), extra_m: need!(numbers.extra_m) })
+    },
+    ModemClockStep => Packet(PacketFault::ClockStep { offset_s: need!(numbers.offset_s) }),
+    ModemClockDrift => Packet(PacketFault::ClockDrift { rate: 1e-6 * need!(numbers.drift_ppm) }),
+    ShipPosition => {
+        let offset_m = need!(numbers.offset_m);
+        Packet(PacketFault::ShipPosition { offset_m, share: numbers.share.take().unwrap_or(1.0) })
+    },
+    ShipWander => Packet(PacketFault::ShipWander(numbers.wander()?)),
+    FrontseatRefuses => Frontseat(FrontseatFault::Refuses),
+    FrontseatReboots => Frontseat(FrontseatFault::Reboots),
+    FrontseatMode => Frontseat(FrontseatFault::Mode(need!(numbers.mode).mode())),
+    Reset => {
+        let cause = match numbers.cause.take().unwrap_or_default() {
+            ResetCauseName::Watchdog => ResetCause::Watchdog,
+            ResetCauseName::BrownOut => ResetCause::BrownOut,
+        };
+        let down_us = micros(numbers.down_s.take().unwrap_or(WATCHDOG_DOWN_S));
+        Board(BoardFault::Reset { cause, down_us })
+    },
+    BoardClock => {
+        let offset_s = need!(numbers.offset_s);
+        Board(BoardFault::Clock { offset_us: (offset_s * 1e6).round() as i64 })
+    },
+    FlashCorrupted => match need!(numbers.copies) {
+        copies @ 1..=2 => Board(BoardFault::Flash { copies }),
+        other => return Err(format!("copies: {other} is not 1 or 2")),
+    },
+    Leak => FaultKind::Fitting(FittingFault::Leak),
+    SupplyDip => FaultKind::Fitting(FittingFault::SupplyDip { supply_v: need!(numbers.supply_v) }),
 }
 
 fn micros(time_s: f64) -> u64 {
