@@ -252,7 +252,7 @@ fn estimate(plan: &Plan, log: &Log, vehicle: &VehicleFile) -> anyhow::Result<Est
         }
         Plan::Filter(options) => {
             let progress = Progress::new("filter", log.rows.len());
-            let run = filter::run_with_progress(log, vehicle, options, |row| progress.set(row))?;
+            let run = filter::run_watched(log, vehicle, options, |row| progress.set(row), |_| {})?;
             Estimate::Filter(Box::new(run))
         }
     })

@@ -78,36 +78,15 @@ pub struct FilterRun {
 /// If the log has nothing to start from, lacks the actuators that the dynamic model needs, or the
 /// filter refuses or fails (a gap of more than ten minutes, numbers that are not finite).
 pub fn run(log: &Log, vehicle: &VehicleFile, options: &FilterOptions) -> Result<FilterRun, DataError> {
-    run_with_progress(log, vehicle, options, |_| {})
+    run_watched(log, vehicle, options, |_| {}, |_| {})
 }
 
-/// [`run`], calling `progress` with the number of rows done now and then.
+/// [`run`], calling `progress` with the number of rows done now and then, and showing the filter to `observe` after
+/// everything that happened at each time.
 ///
 /// # Errors
 /// As [`run`].
-pub fn run_with_progress(
-    log: &Log,
-    vehicle: &VehicleFile,
-    options: &FilterOptions,
-    progress: impl FnMut(usize),
-) -> Result<FilterRun, DataError> {
-    drive(log, vehicle, options, progress, |_| {})
-}
-
-/// [`run`], showing the filter to `observe` after everything that happened at each time.
-///
-/// # Errors
-/// As [`run`].
-pub fn run_observed(
-    log: &Log,
-    vehicle: &VehicleFile,
-    options: &FilterOptions,
-    observe: impl FnMut(&Navigator),
-) -> Result<FilterRun, DataError> {
-    drive(log, vehicle, options, |_| {}, observe)
-}
-
-fn drive(
+pub fn run_watched(
     log: &Log,
     vehicle: &VehicleFile,
     options: &FilterOptions,

@@ -66,14 +66,15 @@ pub fn run_in(world: &DeclaredCase, options: &FilterOptions, seeds: &[u64]) -> R
 
 fn filtered(world: &DeclaredCase, options: &FilterOptions, flown: &DeclaredFlight) -> Result<FilteredRun, DataError> {
     let mut samples = Vec::new();
-    let outcome = filter::run_observed(&flown.log, &world.vehicle, options, |navigator| {
+    let observe = |navigator: &Navigator| {
         if let Some(second) = whole_second(navigator) {
             let sample =
                 flown.truth.get(second).map(|truth| ErrorSample::of(navigator, &truth.vehicle, &truth.effects));
             samples.resize(second, None);
             samples.push(sample);
         }
-    })?;
+    };
+    let outcome = filter::run_watched(&flown.log, &world.vehicle, options, |_| {}, observe)?;
     let (squares, rejected) = squares(&outcome.fusions);
     Ok(FilteredRun { samples, squares, rejected })
 }

@@ -7,7 +7,7 @@
 use super::block::Block;
 use super::ensemble::{Ensemble, ErrorSample, FilteredRun, SHIP_IN_PACKETS, add_square, squares, whole_second};
 use crate::{flights, packet_navigation};
-use backseat_core::navigation::{ProcessModel, nees_position};
+use backseat_core::navigation::{Navigator, ProcessModel, nees_position};
 use backseat_core::state::VehicleState;
 use backseat_estimation::filter::{self, FilterOptions};
 use hil_sim::flight::FlightLog;
@@ -80,14 +80,15 @@ fn fly(minutes: u32, seed: u64, current: bool) -> anyhow::Result<Vec<(String, Fi
 fn filtered(scenario: &Scenario, flight: &FlightLog, options: &FilterOptions) -> anyhow::Result<FilteredRun> {
     let mut samples = Vec::new();
     let effects = options.navigation.effect_states.len();
-    let outcome = filter::run_observed(&flight.log, &scenario.vehicle, options, |navigator| {
+    let observe = |navigator: &Navigator| {
         let Some(second) = whole_second(navigator) else { return };
         let sample = true_at(flight, second).map(|truth| {
             ErrorSample::of(navigator, &VehicleState::from_column_slice(&truth.state), &truth.current_mps[..effects])
         });
         samples.resize(second, None);
         samples.push(sample);
-    })?;
+    };
+    let outcome = filter::run_watched(&flight.log, &scenario.vehicle, options, |_| {}, observe)?;
     let (squares, rejected) = squares(&outcome.fusions);
     Ok(FilteredRun { samples, squares, rejected })
 }
