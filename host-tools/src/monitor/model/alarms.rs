@@ -121,7 +121,7 @@ fn ports(model: &Model, raise: &mut impl FnMut(Severity, String)) {
             Port::Modem | Port::Host => false,
         };
         if needed && rate.per_s() == Some(0.0) {
-            raise(Severity::Warning, format!("nothing on the {} port", words::port(port)));
+            raise(Severity::Warning, format!("nothing on the {} port", port.name()));
         }
     }
 }

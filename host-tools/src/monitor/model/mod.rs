@@ -416,7 +416,7 @@ impl Model {
         if let Some(last) = &self.health {
             for (port, (before, after)) in Port::ALL.iter().zip(last.receive_losses.iter().zip(health.receive_losses)) {
                 if after > *before {
-                    let text = format!("{} port lost bytes, {} times", words::port(*port), after - before);
+                    let text = format!("{} port lost bytes, {} times", port.name(), after - before);
                     self.journal.note(self.when(), Severity::Warning, text);
                 }
             }

@@ -4,7 +4,7 @@ use super::Severity;
 use backseat_link::named;
 use backseat_wire::hostlink::{
     Activity, FaultCause, FaultDiagnosis, FaultReport, FaultState, FittingState, LearntStored, LogState, Mode,
-    ModeReason, Naming, Oscillator, Port, ReleaseReason,
+    ModeReason, Naming, Oscillator, ReleaseReason,
 };
 
 /// Hours, minutes, seconds of UTC; without it the board's own time.
@@ -13,10 +13,6 @@ pub fn time_of_day(utc_us: u64, board_us: u64) -> String {
         return format!("+{:.1} s", board_us as f64 * 1e-6);
     }
     crate::screen::time_of_day(utc_us)
-}
-
-pub fn port(port: Port) -> &'static str {
-    port.name()
 }
 
 /// How bad a mode is.

@@ -89,7 +89,7 @@ fn ports(model: &Model) -> Line<'static> {
     let Some(health) = &model.health else { return Line::styled("good frames a second: not received yet", faint()) };
     let mut spans = vec![Span::styled("frames/s ", faint())];
     for (port, rate) in Port::DEVICES.into_iter().zip(&model.port_rates) {
-        spans.push(Span::raw(format!(" {} {}", words::port(port), dash(rate.per_s(), 0))));
+        spans.push(Span::raw(format!(" {} {}", port.name(), dash(rate.per_s(), 0))));
         let refused = health.rejected_frames.get(port as usize).copied().unwrap_or(0);
         if refused > 0 {
             spans.push(Span::styled(format!(" ({refused} refused)"), Style::new().fg(Color::Yellow)));
