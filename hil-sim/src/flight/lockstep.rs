@@ -8,7 +8,7 @@ use crate::scenario::Scenario;
 use crate::ship_end::{Craft, ShipEnd};
 use crate::truth::VehicleTruth;
 use crate::world::World;
-use backseat_link::{Client, FusionRecord, Ports, StepOutput};
+use backseat_link::{Client, Ports, ReportedFusion, StepOutput};
 use backseat_wire::hostlink::{Fittings, Port, Telemetry};
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -27,7 +27,7 @@ pub struct Watched<'a> {
     /// The backseat's record of the step; there is none while it is down, or where its clock runs backwards.
     pub telemetry: Option<&'a Telemetry>,
     /// What it fused, at its own times.
-    pub fusions: &'a [FusionRecord],
+    pub fusions: &'a [ReportedFusion],
     /// What it sent to the frontseat.
     pub to_frontseat: &'a [u8],
     /// It was reset in this step.

@@ -6,7 +6,7 @@ use crate::devices::Devices;
 use crate::scenario::Scenario;
 use crate::ship_end::{Craft, ShipEnd};
 use crate::world::World;
-use backseat_link::{BackseatError, Client, FusionRecord, Ports};
+use backseat_link::{BackseatError, Client, Ports, ReportedFusion};
 use backseat_wire::hostlink::{FromBoard, Port, Telemetry};
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -80,7 +80,7 @@ pub fn fly_realtime<P: Ports>(
                 note_step(flight, telemetry.time_us.saturating_sub(before_us));
                 latest = Some(telemetry);
             }
-            FromBoard::Fusion(fusion) => flight.fusions.extend(FusionRecord::of(&fusion)),
+            FromBoard::Fusion(fusion) => flight.fusions.extend(ReportedFusion::of(&fusion)),
             FromBoard::Identification(record) => flight.identifications.push(record),
             FromBoard::Naming(record) => flight.naming.push(record),
             _ => {}

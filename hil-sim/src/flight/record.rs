@@ -7,7 +7,7 @@ use crate::ship_end::ShipEnd;
 use crate::truth::{Actuators, VehicleTruth};
 use backseat_core::dynamics::ActuatorInput;
 use backseat_core::state::VehicleState;
-use backseat_link::FusionRecord;
+use backseat_link::ReportedFusion;
 use backseat_logs::{Column, DataError, Log, LogRow, LogWriter, TruthRow, TruthWriter};
 use backseat_wire::hostlink::{Identification, Mode, ModeReason, Naming, Telemetry};
 use std::path::Path;
@@ -53,7 +53,7 @@ pub struct FlightLog {
     /// Once a second.
     pub samples: Vec<FlightSample>,
     /// What the backseat fused.
-    pub fusions: Vec<FusionRecord>,
+    pub fusions: Vec<ReportedFusion>,
     /// What the backseat identified.
     pub identifications: Vec<Identification>,
     /// What the backseat named.

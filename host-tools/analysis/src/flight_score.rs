@@ -5,7 +5,7 @@ use crate::undeclared::undeclared;
 use backseat_core::navigation::{ProcessModel, Sensor};
 use backseat_estimation::dead_reckoning;
 use backseat_estimation::filter::{self, FilterOptions, FilterRun};
-use backseat_link::FusionRecord;
+use backseat_link::ReportedFusion;
 use backseat_logs::stats::ErrorSummary;
 use backseat_logs::{DataError, Log, Truth, TruthRow, VehicleFile};
 use hil_sim::flight::FlightLog;
@@ -169,7 +169,7 @@ pub fn backseat(name: &'static str, flight: &FlightLog) -> Option<Configuration>
     Configuration::new(name, track.collect(), nis_of(&flight.fusions))
 }
 
-fn nis_of(fusions: &[FusionRecord]) -> NisBySensor {
+fn nis_of(fusions: &[ReportedFusion]) -> NisBySensor {
     let mut nis = NisBySensor::new();
     for record in fusions {
         let entry = nis.entry(record.sensor.name()).or_default();

@@ -2,7 +2,7 @@
 
 use crate::Arrival;
 use crate::Reset;
-use crate::output::{FusionRecord, StepOutput};
+use crate::output::{ReportedFusion, StepOutput};
 use crate::tape::Tape;
 use crate::{BackseatError, Ports};
 use backseat_logs::session::{Event, Writer};
@@ -386,35 +386,19 @@ impl<P: Ports> Client<P> {
     /// # Errors
     /// As [`Self::step`].
     pub fn end_step(&mut self, time_us: u64) -> Result<StepOutput, BackseatError> {
-        let mut telemetry = None;
-        let mut fusions = Vec::new();
-        let mut identification = None;
-        let mut naming = None;
-        let mut fittings = None;
-        let answer = self.receive(|message| match message {
-            FromBoard::StepDone(done) => Some(Ok(done)),
-            FromBoard::Refused(refusal @ Refusal::OwnClock) => Some(Err(refusal)),
-            FromBoard::Telemetry(record) => {
-                telemetry = Some(record);
-                None
+        let mut output = StepOutput::default();
+        let answer = self.receive(|message| {
+            match message {
+                FromBoard::StepDone(done) => return Some(Ok(done)),
+                FromBoard::Refused(refusal @ Refusal::OwnClock) => return Some(Err(refusal)),
+                FromBoard::Telemetry(record) => output.telemetry = Some(record),
+                FromBoard::Fusion(record) => output.fusions.extend(ReportedFusion::of(&record)),
+                FromBoard::Identification(record) => output.identification = Some(record),
+                FromBoard::Naming(record) => output.naming = Some(record),
+                FromBoard::Health(health) => output.fittings = Some(health.fittings),
+                _ => {}
             }
-            FromBoard::Fusion(record) => {
-                fusions.extend(FusionRecord::of(&record));
-                None
-            }
-            FromBoard::Identification(record) => {
-                identification = Some(record);
-                None
-            }
-            FromBoard::Naming(record) => {
-                naming = Some(record);
-                None
-            }
-            FromBoard::Health(health) => {
-                fittings = Some(health.fittings);
-                None
-            }
-            _ => None,
+            None
         })?;
         let StepDone { time_us: answered_us, sent: counts, digest } =
             answer.map_err(|refusal| BackseatError::Refused { request: "a simulator's clock".into(), refusal })?;
@@ -424,16 +408,16 @@ impl<P: Ports> Client<P> {
         if time_us == 0 {
             self.discard(counts)?;
         }
-        let mut sent: [Vec<u8>; 4] = Default::default();
         for (port, count) in Port::DEVICES.into_iter().zip(counts) {
             let ahead = &mut self.ahead[port as usize];
             while ahead.len() < usize::from(count) {
                 self.ports.read(port, ahead)?;
             }
-            sent[port as usize] = ahead.drain(..usize::from(count)).collect();
+            output.sent[port as usize] = ahead.drain(..usize::from(count)).collect();
         }
-        self.tape.write_outputs(digest, &sent)?;
-        Ok(StepOutput { sent, telemetry, fusions, identification, naming, fittings, digest })
+        output.digest = digest;
+        self.tape.write_outputs(digest, &output.sent)?;
+        Ok(output)
     }
 
     /// Forgets what the device ports carried before the board restarted, while it ran on its own

@@ -21,7 +21,7 @@ mod tap;
 mod tape;
 
 pub use client::Client;
-pub use output::{FusionRecord, StepOutput};
+pub use output::{ReportedFusion, StepOutput};
 pub use process::Process;
 pub use pty::Pty;
 pub use serial::Serial;

@@ -5,7 +5,7 @@ use backseat_wire::hostlink::{Fittings, FusionTelemetry, Identification, Naming,
 
 /// One scalar fusion of the board.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct FusionRecord {
+pub struct ReportedFusion {
     /// Which sensor.
     pub sensor: Sensor,
     /// Board time, µs.
@@ -20,7 +20,7 @@ pub struct FusionRecord {
     pub variance: f64,
 }
 
-impl FusionRecord {
+impl ReportedFusion {
     /// As the host link carries it; `None` for a sensor that is not known here.
     #[must_use]
     pub fn of(telemetry: &FusionTelemetry) -> Option<Self> {
@@ -31,14 +31,14 @@ impl FusionRecord {
 }
 
 /// What the board did in one step.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct StepOutput {
     /// Bytes it sent to each device port (in the order of `Port::DEVICES`).
     pub sent: [Vec<u8>; 4],
     /// Its record of the step.
     pub telemetry: Option<Telemetry>,
     /// What it fused.
-    pub fusions: Vec<FusionRecord>,
+    pub fusions: Vec<ReportedFusion>,
     /// What it identified, if it reports that.
     pub identification: Option<Identification>,
     /// What it names of what has changed, if it reports that.

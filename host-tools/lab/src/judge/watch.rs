@@ -109,7 +109,7 @@ pub fn judge(drawn: &Drawn) -> anyhow::Result<Judged> {
             let time_s = step.time_us as f64 * 1e-6;
             let dt_s = time_s - std::mem::replace(&mut last_s, time_s);
             let range =
-                |record: &&backseat_link::FusionRecord| record.sensor == backseat_core::navigation::Sensor::Range;
+                |record: &&backseat_link::ReportedFusion| record.sensor == backseat_core::navigation::Sensor::Range;
             if step.fusions.iter().find(range).is_some_and(|record| record.fused) {
                 heard_s = time_s;
             }

@@ -1,14 +1,14 @@
 //! Sessions of the simulator: the same to the bit, or the difference is named.
 
-use super::sim::{Flight, backseat, difference, replay, rewrite};
+use super::sim::{TapedFlight, backseat, difference, replay, rewrite};
 use backseat_core::navigation::Sensor;
 use backseat_logs::session::{Clock, Entry, Event, Reader};
 use backseat_wire::hostlink::{Decoder, FromBoard, MAX_FRAME, Port, ToBoard, encode};
 use std::path::Path;
 
 /// A flight with acoustic fixes, and a parameter changed under way.
-fn flown(path: &Path) -> Flight {
-    let mut flight = Flight::begin(path);
+fn flown(path: &Path) -> TapedFlight {
+    let mut flight = TapedFlight::begin(path);
     flight.fly(150);
     flight.client.request(&ToBoard::Unlock, String::new).unwrap();
     flight.client.set_parameters(&[("installation.sound_speed_mps".to_owned(), 1492.5)]).unwrap();

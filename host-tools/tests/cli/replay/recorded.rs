@@ -1,6 +1,6 @@
 //! A session with a PC's times.
 
-use super::sim::{Flight, backseat, replay, rewrite};
+use super::sim::{TapedFlight, backseat, replay, rewrite};
 use backseat_logs::session::{Clock, Event};
 use backseat_wire::hostlink::Port;
 
@@ -9,7 +9,7 @@ use backseat_wire::hostlink::Port;
 fn a_recording_is_replayed_closely_and_says_that_it_is_not_exact() {
     let folder = tempfile::tempdir().unwrap();
     let (flown, recorded) = (folder.path().join("flown.mcap"), folder.path().join("recorded.mcap"));
-    let mut flight = Flight::begin(&flown);
+    let mut flight = TapedFlight::begin(&flown);
     flight.fly(120);
     flight.client.end_record().unwrap();
     let mut count = 0;

@@ -1,7 +1,7 @@
 //! Sessions to replay: a simulated vehicle with its devices, and the program under test.
 
 use crate::harness::{Outcome, program};
-use backseat_link::{Arrival, Client, FusionRecord};
+use backseat_link::{Arrival, Client, ReportedFusion};
 use backseat_logs::output::Existing;
 use backseat_logs::session::{Attachment, Clock, Entry, Meta, Reader, Writer};
 use backseat_wire::hostlink::Port;
@@ -58,15 +58,15 @@ pub fn edges(time_us: u64) -> Vec<u64> {
 }
 
 /// A flight in lock-step, recorded as the simulator does.
-pub struct Flight {
+pub struct TapedFlight {
     pub client: Client<InProcess>,
     sim: Sim,
     time_us: u64,
-    pub fusions: Vec<FusionRecord>,
+    pub fusions: Vec<ReportedFusion>,
     pub digest: u64,
 }
 
-impl Flight {
+impl TapedFlight {
     /// Under way.
     pub fn begin(session: &Path) -> Self {
         let scenario = scenario();

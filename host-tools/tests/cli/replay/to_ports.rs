@@ -1,6 +1,6 @@
 //! `--to`: recorded bytes to ports, and bad usage.
 
-use super::sim::{Flight, backseat, replay};
+use super::sim::{TapedFlight, backseat, replay};
 use crate::harness::wait_for;
 use backseat_link::Pty;
 use backseat_logs::session::{Event, Reader};
@@ -35,7 +35,7 @@ fn listen(line: Pty, count: usize) -> JoinHandle<(Vec<u8>, Pty)> {
 fn ports_get_what_the_board_got() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("session.mcap");
-    let mut flight = Flight::begin(&path);
+    let mut flight = TapedFlight::begin(&path);
     flight.fly(4);
     flight.client.end_record().unwrap();
     for realtime in [false, true] {
@@ -66,7 +66,7 @@ fn bad_usage_and_bad_files_are_told() {
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
     let session = path("session.mcap");
-    let mut flight = Flight::begin(Path::new(&session));
+    let mut flight = TapedFlight::begin(Path::new(&session));
     flight.fly(1);
     flight.client.end_record().unwrap();
     for arguments in [
