@@ -51,7 +51,7 @@ pub struct Separation {
 }
 
 /// What has come of a step.
-pub struct Flown {
+pub struct SeparationStep {
     /// The departure from the leg.
     pub aside: Option<Aside>,
     /// There is something new to tell.
@@ -115,8 +115,8 @@ impl Separation {
     }
 
     /// One step. `leg`: that is flown while nothing else is asked of the vehicle; `odds`: between two causes.
-    pub fn step(&mut self, now_us: u64, leg: Option<u16>, odds: impl Fn([Cause; 2]) -> f64) -> Flown {
-        let mut flown = Flown { aside: None, is_news: false };
+    pub fn step(&mut self, now_us: u64, leg: Option<u16>, odds: impl Fn([Cause; 2]) -> f64) -> SeparationStep {
+        let mut flown = SeparationStep { aside: None, is_news: false };
         let Some(asked) = self.asked.get_mut() else { return flown };
         if asked.over_us == 0 {
             let t_s = now_us.saturating_sub(asked.begun_us) as f64 * 1e-6;

@@ -20,12 +20,12 @@ use std::sync::atomic::AtomicBool;
 use tempfile::TempDir;
 
 /// Four minutes of the survey: some fixes at the surface, a dive, some packets.
-struct Flight {
+struct ExportedFlight {
     folder: TempDir,
     steps: usize,
 }
 
-static FLIGHT: LazyLock<Flight> = LazyLock::new(|| {
+static FLIGHT: LazyLock<ExportedFlight> = LazyLock::new(|| {
     let folder = tempfile::tempdir().unwrap();
     let mut scenario = Scenario::built_in("survey").unwrap();
     scenario.settings.duration_s = 240.0;
@@ -34,10 +34,10 @@ static FLIGHT: LazyLock<Flight> = LazyLock::new(|| {
     client.record(Writer::create(&folder.path().join("session.mcap"), &meta, Existing::Keep).unwrap()).unwrap();
     fly(&scenario, &mut client, Some(folder.path()), &AtomicBool::new(false), |_| {}).unwrap();
     client.end_record().unwrap();
-    Flight { folder, steps: 2401 }
+    ExportedFlight { folder, steps: 2401 }
 });
 
-impl Flight {
+impl ExportedFlight {
     fn path(&self, name: &str) -> PathBuf {
         self.folder.path().join(name)
     }

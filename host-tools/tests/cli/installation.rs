@@ -59,14 +59,14 @@ fn vehicle(installation: &Installation) -> VehicleFile {
 }
 
 /// A survey of six short lines with a DVL, flown by the app as a process of its own.
-struct Flight {
+struct InstalledFlight {
     folder: TempDir,
     is_finished: bool,
     /// Of the board, m.
     board_median_m: f64,
 }
 
-impl Flight {
+impl InstalledFlight {
     fn fly(truth: Option<&Installation>, declared: &Installation, minutes: &str) -> Self {
         let folder = tempfile::tempdir().unwrap();
         let mut text = include_str!("../../../hil-sim/scenarios/survey.toml").to_owned();
@@ -205,22 +205,22 @@ impl Quality {
 }
 
 /// Nothing installed off the centre, and everything installed and declared, flown to the end.
-static FLIGHTS: LazyLock<[Flight; 2]> = LazyLock::new(|| {
+static FLIGHTS: LazyLock<[InstalledFlight; 2]> = LazyLock::new(|| {
     [(None, Installation::DEFAULT), (Some(&INSTALLED), INSTALLED)].map(|(truth, declared)| {
-        let flight = Flight::fly(truth, &declared, WHOLE);
+        let flight = InstalledFlight::fly(truth, &declared, WHOLE);
         assert!(flight.is_finished);
         flight
     })
 });
 
 /// Everything installed and declared, its first minutes.
-static BEGUN: LazyLock<Flight> = LazyLock::new(|| Flight::fly(Some(&INSTALLED), &INSTALLED, "8"));
+static BEGUN: LazyLock<InstalledFlight> = LazyLock::new(|| InstalledFlight::fly(Some(&INSTALLED), &INSTALLED, "8"));
 
 /// Minutes that are never needed.
 const WHOLE: &str = "200";
 
 /// A log that is navigated without one of the numbers is less likely.
-fn is_seen(flight: &Flight, names: &[&str]) {
+fn is_seen(flight: &InstalledFlight, names: &[&str]) {
     let declared = flight.navigate(&INSTALLED);
     for (name, forget) in EACH.into_iter().filter(|(name, _)| names.contains(name)) {
         let mut installation = INSTALLED;

@@ -225,8 +225,8 @@ fn a_key_signs_every_packet() {
 /// Each mistake is named within a few seconds, and no cycle is ever begun.
 #[test]
 fn what_is_wrong_is_named_before_anything_is_sent() {
-    type Case = (fn(&mut Sea), &'static str, &'static str);
-    let cases: [Case; 8] = [
+    type HoldCase = (fn(&mut Sea), &'static str, &'static str);
+    let cases: [HoldCase; 8] = [
         (|sea| sea.gnss = false, "gnss_silent", "GNSS port: nothing arrives"),
         (|sea| sea.garble = true, "gnss_noise", "baud rate"),
         (|sea| sea.pulse = "NONE", "no_pulse", "no external pulse per second"),

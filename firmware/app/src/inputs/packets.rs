@@ -394,7 +394,8 @@ impl Packets {
         if self.last_transmit_s.is_some_and(|last_s| last_s.wrapping_sub(ship.transmit_s) < REPLAY_S) {
             return Err(Loss::Repeated);
         }
-        let Flown { bridge_us, flight_us, range_m } = Flown::new(start_us, ship.transmit_s, arrival, clock, settings)?;
+        let PacketTravel { bridge_us, flight_us, range_m } =
+            PacketTravel::new(start_us, ship.transmit_s, arrival, clock, settings)?;
         let position_m = local(ship.position_deg, settings);
         if !is_plausible(&position_m, ship) {
             return Err(Loss::Absurd);
@@ -413,13 +414,13 @@ impl Packets {
 }
 
 /// How far a packet has come.
-struct Flown {
+struct PacketTravel {
     bridge_us: i64,
     flight_us: i64,
     range_m: f64,
 }
 
-impl Flown {
+impl PacketTravel {
     fn new(
         start_us: u64,
         transmit_s: u32,
@@ -457,7 +458,8 @@ fn evaluate_peer(
     if !(arrival.synchronous && vehicle.synchronous) {
         return Err(Loss::NotSynchronous);
     }
-    let Flown { bridge_us, range_m, .. } = Flown::new(start_us, vehicle.transmit_s, arrival, clock, settings)?;
+    let PacketTravel { bridge_us, range_m, .. } =
+        PacketTravel::new(start_us, vehicle.transmit_s, arrival, clock, settings)?;
     let [north_m, east_m] = local(vehicle.position_deg, settings);
     if north_m.abs().max(east_m.abs()) > SHIP_MAX_M {
         return Err(Loss::Absurd);

@@ -1,6 +1,6 @@
 //! Short runs on disk: a log and a configuration each, the columns' names, and the solution in `truth/`.
 
-use super::{Effect, Hidden, Law, Row, Run};
+use super::{Effect, Hidden, Law, Row, SimulatedRun};
 use backseat_logs::DataError;
 use backseat_logs::output::{self, Existing};
 use serde_json::{Value, json};
@@ -51,7 +51,7 @@ const NAMES: [&str; 36] = [
 ///
 /// # Errors
 /// If a file exists or cannot be written.
-pub fn write(runs: &[Run], hidden: &Hidden, seed: u64, folder: &Path) -> Result<(), DataError> {
+pub fn write(runs: &[SimulatedRun], hidden: &Hidden, seed: u64, folder: &Path) -> Result<(), DataError> {
     let truth = folder.join("truth");
     std::fs::create_dir_all(&truth).map_err(|error| DataError::io(&truth, &error))?;
     let names: String = NAMES.iter().enumerate().fold(String::new(), |mut text, (column, name)| {

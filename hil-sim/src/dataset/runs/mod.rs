@@ -56,7 +56,7 @@ pub struct Row {
 
 /// One run.
 #[derive(Clone, Debug)]
-pub struct Run {
+pub struct SimulatedRun {
     /// Year, month, day, hour, minute, second.
     pub label: String,
     /// Place of its configuration.
@@ -69,7 +69,7 @@ pub struct Run {
 
 /// Flies `flown` runs of each configuration; the same seed gives the same bits.
 #[must_use]
-pub fn simulate(wanted: Wanted, seed: u64, flown: usize) -> (Vec<Run>, Hidden) {
+pub fn simulate(wanted: Wanted, seed: u64, flown: usize) -> (Vec<SimulatedRun>, Hidden) {
     let hidden = Hidden::draw(wanted, seed);
     let mut random = Stream::new(seed, Source::Mission);
     let mut runs = Vec::new();
@@ -78,7 +78,7 @@ pub fn simulate(wanted: Wanted, seed: u64, flown: usize) -> (Vec<Run>, Hidden) {
             let label = format!("202209{}{:02}{:02}00", 13 + 2 * configuration, 8 + number / 10, 6 * (number % 10));
             let law = Law::of(configuration, number);
             let rows = fly(&hidden, &law, configuration, seed, runs.len() as u64, &mut random);
-            runs.push(Run { label, configuration, law, rows });
+            runs.push(SimulatedRun { label, configuration, law, rows });
         }
     }
     (runs, hidden)

@@ -46,12 +46,12 @@ fn cruise(fins_rad: [f64; 4]) -> Actuators {
 }
 
 /// A world flown open-loop: its observations and the truth at every step.
-struct Flown {
+struct ObservedFlight {
     observations: Vec<Observation>,
     truth: Vec<VehicleTruth>,
 }
 
-fn flown(scenario: &Scenario, targets: Actuators, seconds: u64) -> Flown {
+fn flown(scenario: &Scenario, targets: Actuators, seconds: u64) -> ObservedFlight {
     let mut world = World::new(scenario);
     world.set_actuator_targets(0, targets);
     let (mut observations, mut truth) = (Vec::new(), Vec::new());
@@ -59,10 +59,10 @@ fn flown(scenario: &Scenario, targets: Actuators, seconds: u64) -> Flown {
         world.advance(time_us, &mut |observation| observations.push(*observation));
         truth.push(world.truth());
     }
-    Flown { observations, truth }
+    ObservedFlight { observations, truth }
 }
 
-impl Flown {
+impl ObservedFlight {
     fn last(&self) -> &VehicleTruth {
         self.truth.last().unwrap()
     }

@@ -1,6 +1,6 @@
 //! Errors of instruments and acoustics: the flight is the same, what is measured is not.
 
-use super::{Flown, close, cruise, flown, quiet, with};
+use super::{ObservedFlight, close, cruise, flown, quiet, with};
 use hil_sim::noise::NoiseKind;
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -8,7 +8,7 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 const TURN: [f64; 4] = [0.08, -0.08, 0.02, -0.02];
 
 /// One effect alone, in a turn.
-fn turned(name: &str, values: &[(&str, f64)]) -> Flown {
+fn turned(name: &str, values: &[(&str, f64)]) -> ObservedFlight {
     flown(&with(quiet(), name, values), cruise(TURN), 120)
 }
 
@@ -143,7 +143,7 @@ fn coloured_noise_changes_the_noise_and_nothing_else() {
     let [white, coloured] =
         [NoiseKind::White, NoiseKind::Coloured].map(|noise| flown(&scenario(noise), cruise(TURN), 300));
     assert_eq!(white.last().state, coloured.last().state); // no disturbance here
-    let statistics = |flown: &Flown| {
+    let statistics = |flown: &ObservedFlight| {
         let noise: Vec<f64> = flown.dvl().map(|(truth, v)| v[0] - truth.velocity_over_ground_mps[0]).collect();
         let product =
             |lag: usize| noise.iter().zip(&noise[lag..]).map(|(a, b)| a * b).sum::<f64>() / noise.len() as f64;

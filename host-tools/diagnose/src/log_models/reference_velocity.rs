@@ -40,12 +40,12 @@ const STEP: f64 = 1e-4;
 type Reference = [f64; 6];
 
 /// One run of the reference.
-struct Run {
+struct ReferenceRun {
     t_s: Vec<f64>,
     reference: Vec<Reference>,
 }
 
-impl Run {
+impl ReferenceRun {
     /// The reference at a time and its derivative, by cubics through the neighbours with their central slopes.
     fn at(&self, t_s: f64) -> (Reference, Reference) {
         let last = self.t_s.len() - 1;
@@ -112,15 +112,15 @@ const TERMS: [Term; 24] = [
     ("dvl_u += k u r [s/rad]", 0, |i| i.body.x * i.rates.z),
 ];
 
-struct Sample {
+struct DvlReading {
     run: usize,
     t_s: f64,
     dvl_mps: Vector3<f64>,
 }
 
 struct ReferenceVelocity {
-    runs: Vec<Run>,
-    samples: Vec<Sample>,
+    runs: Vec<ReferenceRun>,
+    samples: Vec<DvlReading>,
     declared_arm_m: Vector3<f64>,
     declared_delay_s: f64,
 }
@@ -132,7 +132,7 @@ impl ReferenceVelocity {
     }
 
     /// What the DVL reads.
-    fn predicted(&self, sample: &Sample, theta: &[f64]) -> Vector3<f64> {
+    fn predicted(&self, sample: &DvlReading, theta: &[f64]) -> Vector3<f64> {
         let delay_s = self.declared_delay_s + theta[DELAY + sample.run];
         let ([vn, ve, vd, roll, pitch, heading], [.., p, q, r]) = self.runs[sample.run].at(sample.t_s - delay_s);
         let attitude = Attitude::new(&Vector3::new(roll, pitch, heading));
@@ -156,7 +156,7 @@ impl LogModel for ReferenceVelocity {
     }
 
     fn rows(&self, theta: &[f64]) -> Vec<Row> {
-        let of = |sample: &Sample| {
+        let of = |sample: &DvlReading| {
             let predicted = self.predicted(sample, theta);
             let mut slopes = vec![vec![0.0; self.columns()]; 3];
             for column in (0..DELAY).chain([DELAY + sample.run]).chain(self.terms()..self.columns()) {
@@ -258,14 +258,14 @@ fn model(log: &Log, vehicle: &VehicleFile) -> Option<ReferenceVelocity> {
     let installation = &vehicle.installation;
     let declared_turn = Attitude::new(&Vector3::from(installation.dvl_turn_rad)).rotation();
     let start_us = log.rows.first()?.time_us;
-    let (mut runs, mut samples): (Vec<Run>, Vec<Sample>) = (Vec::new(), Vec::new());
+    let (mut runs, mut samples): (Vec<ReferenceRun>, Vec<DvlReading>) = (Vec::new(), Vec::new());
     for row in &log.rows {
         let t_s = (row.time_us - start_us) as f64 * 1e-6;
         let velocity = [Column::RefNorth, Column::RefEast, Column::RefDown].map(|column| row.get(column));
         if let ([Some(vn), Some(ve), Some(vd)], Some([roll, pitch, heading])) = (velocity, row.attitude_rad()) {
             let is_new = runs.last().is_none_or(|run| run.t_s.last().is_none_or(|last| t_s - last > LONGEST_GAP_S));
             if is_new {
-                runs.push(Run { t_s: Vec::new(), reference: Vec::new() });
+                runs.push(ReferenceRun { t_s: Vec::new(), reference: Vec::new() });
             }
             let run = runs.last_mut()?;
             if run.t_s.last() == Some(&t_s) {
@@ -279,10 +279,10 @@ fn model(log: &Log, vehicle: &VehicleFile) -> Option<ReferenceVelocity> {
             run.reference.push([vn, ve, vd, angles[0], angles[1], angles[2]]);
         }
         if let (Some(dvl), false) = (row.dvl_mps(), runs.is_empty()) {
-            samples.push(Sample { run: runs.len() - 1, t_s, dvl_mps: declared_turn * Vector3::from(dvl) });
+            samples.push(DvlReading { run: runs.len() - 1, t_s, dvl_mps: declared_turn * Vector3::from(dvl) });
         }
     }
-    let inside = |sample: &Sample| {
+    let inside = |sample: &DvlReading| {
         let t_s = &runs[sample.run].t_s;
         t_s.len() > 2 && t_s[0] + EDGE_S <= sample.t_s && sample.t_s + EDGE_S <= t_s[t_s.len() - 1]
     };

@@ -18,7 +18,7 @@ use crate::ensemble::{PartArgs, SeedArgs, all_runs};
 use crate::store::{Key, version};
 use anyhow::{Context, bail};
 use backseat_report::console;
-use page::Flown;
+use page::FlownWorld;
 use std::path::PathBuf;
 use worlds::{WORLDS, World};
 
@@ -54,7 +54,8 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let Some(runs) = all_runs("flights", &args.part, version("alone", "")?, &jobs, fly)? else { return Ok(()) };
     let of_world =
         |world: &World| jobs.iter().zip(&runs).filter(|((_, of), _)| of == world).map(|(_, run)| run).collect();
-    let flown: Vec<Flown<'_>> = worlds.iter().map(|world| Flown { world: *world, runs: of_world(world) }).collect();
+    let flown: Vec<FlownWorld<'_>> =
+        worlds.iter().map(|world| FlownWorld { world: *world, runs: of_world(world) }).collect();
     if let Some(path) = &args.picture {
         std::fs::write(path, page::picture(&flown)).with_context(|| path.display().to_string())?;
     }

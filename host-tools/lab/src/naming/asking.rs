@@ -25,7 +25,7 @@ const FORMS: [(&str, f64); 2] = [("never", 0.0), ("on legs", 1.0)];
 const SURE: f32 = 0.9;
 
 #[derive(Clone, Debug, Serialize, Deserialize)]
-struct Flight {
+struct AskedFlight {
     what: String,
     /// When the right cause was first named in front, and when it was first sure, minutes after the change.
     right_min: Option<f64>,
@@ -39,7 +39,7 @@ struct Flight {
     questions: Vec<Question>,
 }
 
-fn fly(drawn: &using::Drawn, separate: f64) -> anyhow::Result<Flight> {
+fn fly(drawn: &using::Drawn, separate: f64) -> anyhow::Result<AskedFlight> {
     let flight = fly_with(&drawn.scenario, &[("app.separate".to_owned(), separate)])?;
     let is_right = |cause: u8| Cause::from_number(cause) == drawn.cause && drawn.cause.is_some();
     let first = |least: f32| {
@@ -59,7 +59,7 @@ fn fly(drawn: &using::Drawn, separate: f64) -> anyhow::Result<Flight> {
             None => questions.push(question),
         }
     }
-    Ok(Flight {
+    Ok(AskedFlight {
         what: drawn.what.clone(),
         right_min: first(0.0),
         sure_min: first(SURE),
@@ -83,7 +83,7 @@ pub fn run(args: &Args, change: Change) -> anyhow::Result<()> {
         fly(&using::drawn(seed, change, args.minutes)?, *separate)
     })?;
     let Some(flown) = flown else { return Ok(()) };
-    let sets = [0, 1].map(|form| flown.iter().skip(form).step_by(2).collect::<Vec<&Flight>>());
+    let sets = [0, 1].map(|form| flown.iter().skip(form).step_by(2).collect::<Vec<&AskedFlight>>());
     let mut table = markdown_table([
         "",
         "right at the end",
@@ -93,7 +93,7 @@ pub fn run(args: &Args, change: Change) -> anyhow::Result<()> {
         "across, RMS [m]",
         "across, largest [m]",
     ]);
-    let numbers: [fn(&Flight) -> Option<f64>; 4] = [
+    let numbers: [fn(&AskedFlight) -> Option<f64>; 4] = [
         |flight| flight.right_min,
         |flight| flight.sure_min,
         |flight| flight.across_m.map(|[rms, _]| rms),
@@ -113,7 +113,7 @@ pub fn run(args: &Args, change: Change) -> anyhow::Result<()> {
     table.add_row(front.into_iter().chain(differences));
     let mut each = markdown_table(["seed", "changed", "sure after [min]: never", "on legs", "manoeuvres"]);
     for ((seed, without), with) in seeds.clone().zip(&sets[0]).zip(&sets[1]) {
-        let minutes = |own: &Flight| {
+        let minutes = |own: &AskedFlight| {
             let sure = own.sure_min.map_or("-".to_owned(), |time| format!("{time:.1}"));
             format!("{sure}{} ({:.0})", if own.ends_right { "" } else { ", not right at the end" }, own.ended_min)
         };

@@ -49,7 +49,7 @@ const COLUMNS: [&str; 5] = [
 ];
 
 #[derive(Clone, Debug, Serialize, Deserialize)]
-struct Flight {
+struct UsedFlight {
     what: String,
     /// In the order of [`COLUMNS`]; none of a flight that ended before they count.
     errors: Option<[f64; COLUMNS.len()]>,
@@ -99,7 +99,7 @@ pub(super) fn drawn(seed: u64, change: Change, minutes: f64) -> anyhow::Result<D
     Ok(Drawn { scenario, what, cause, time_s })
 }
 
-fn fly(drawn: &Drawn, naming: f64) -> anyhow::Result<Flight> {
+fn fly(drawn: &Drawn, naming: f64) -> anyhow::Result<UsedFlight> {
     let flight = fly_with(&drawn.scenario, &[("app.naming".to_owned(), naming)])?;
     let lines = drawn.scenario.settings.lines();
     let (mut across, mut position, mut depth, mut roll) = (vec![], vec![], vec![], vec![]);
@@ -119,7 +119,7 @@ fn fly(drawn: &Drawn, naming: f64) -> anyhow::Result<Flight> {
         first.map(|time_us| (time_us as f64 * 1e-6 - drawn.time_s) / 60.0)
     };
     let errors = || Some([rms(&across)?, median(&position)?, percentile(&position, 0.95)?, rms(&depth)?, rms(&roll)?]);
-    Ok(Flight {
+    Ok(UsedFlight {
         what: drawn.what.clone(),
         errors: errors(),
         used_min: decided(|used| used != UsedFor::Nothing),
@@ -143,11 +143,11 @@ pub fn run(args: &Args, change: Change) -> anyhow::Result<()> {
         fly(&drawn(seed, change, args.minutes)?, *naming)
     })?;
     let Some(flown) = flown else { return Ok(()) };
-    let sets: Vec<&[Flight]> = flown.chunks(args.runs as usize).collect();
+    let sets: Vec<&[UsedFlight]> = flown.chunks(args.runs as usize).collect();
     let mut table = markdown_table([""].into_iter().chain(COLUMNS));
     let counts = |place: &usize| sets.iter().all(|set| set[*place].errors.is_some());
     let counted: Vec<usize> = (0..args.runs as usize).filter(counts).collect();
-    let column = |set: &[Flight], i: usize| -> Vec<f64> {
+    let column = |set: &[UsedFlight], i: usize| -> Vec<f64> {
         counted.iter().filter_map(|place| set[*place].errors.map(|errors| errors[i])).collect()
     };
     for (set, (name, _)) in sets.iter().zip(USES) {
@@ -198,7 +198,7 @@ pub fn run(args: &Args, change: Change) -> anyhow::Result<()> {
         std::fs::write(path, &page).with_context(|| path.display().to_string())?;
     }
     let text = if args.json {
-        let of = |(set, (name, _)): (&&[Flight], (&str, f64))| (name.to_owned(), json!(set));
+        let of = |(set, (name, _)): (&&[UsedFlight], (&str, f64))| (name.to_owned(), json!(set));
         format!("{}\n", json!(sets.iter().zip(USES).map(of).collect::<serde_json::Map<_, _>>()))
     } else {
         page

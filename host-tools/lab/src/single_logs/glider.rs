@@ -53,7 +53,7 @@ const STEPS: [f64; COLUMNS] = [1e-4, 1e-4, 1e-5, 1e-4, 1.0, 1.0, 1e-5, 1e-4, 1e-
 
 /// One reading in flight.
 #[derive(Clone, Copy)]
-struct Sample {
+struct GliderSample {
     t_s: f64,
     dt_s: f64,
     pitch_rad: f64,
@@ -66,7 +66,7 @@ struct Sample {
 /// A stretch of steady flight.
 struct Window {
     t_s: f64,
-    samples: Vec<Sample>,
+    samples: Vec<GliderSample>,
     depth_rate_mps: f64,
     speed_mps: Option<f64>,
 }
@@ -76,7 +76,7 @@ struct Way {
     t_s: f64,
     under_water_s: f64,
     moved_m: [f64; 2],
-    samples: Vec<Sample>,
+    samples: Vec<GliderSample>,
 }
 
 struct Glider {
@@ -95,7 +95,7 @@ pub fn is_for(log: &Log) -> bool {
 
 impl Glider {
     /// Speed through the water and angle of the path, up positive.
-    fn fly(&self, sample: &Sample, theta: &[f64]) -> (f64, f64) {
+    fn fly(&self, sample: &GliderSample, theta: &[f64]) -> (f64, f64) {
         let pitch = (sample.pitch_rad - theta[2]) / (1.0 + theta[3]);
         let (drag, induced) = (PARASITE_DRAG + theta[0], INDUCED_DRAG + theta[8]);
         let lift = (HULL_LIFT + WING_LIFT) / (1.0 - theta[7]).max(0.01);
@@ -303,9 +303,9 @@ fn seconds(log: &Log, time_us: u64) -> f64 {
 }
 
 /// Readings of pitch, depth and ballast with the heading and the density of their time.
-fn samples(log: &Log, density: f64) -> Vec<Sample> {
+fn samples(log: &Log, density: f64) -> Vec<GliderSample> {
     let (mut heading_rad, mut water) = (0.0, density);
-    let mut samples: Vec<Sample> = Vec::new();
+    let mut samples: Vec<GliderSample> = Vec::new();
     for row in &log.rows {
         heading_rad = row.get(Column::Heading).unwrap_or(heading_rad);
         water = row.get(Column::WaterDensity).unwrap_or(water);
@@ -315,15 +315,15 @@ fn samples(log: &Log, density: f64) -> Vec<Sample> {
         if let Some(last) = samples.last_mut() {
             last.dt_s = (t_s - last.t_s).min(LONGEST_GAP_S);
         }
-        samples.push(Sample { t_s, dt_s: 0.0, pitch_rad, heading_rad, depth_m, ballast_m3, density: water });
+        samples.push(GliderSample { t_s, dt_s: 0.0, pitch_rad, heading_rad, depth_m, ballast_m3, density: water });
     }
     samples
 }
 
 /// Windows of steady flight, one after the other.
-fn windows(samples: &[Sample], ballast_step: f64, speeds: &[(f64, f64)]) -> Vec<Window> {
+fn windows(samples: &[GliderSample], ballast_step: f64, speeds: &[(f64, f64)]) -> Vec<Window> {
     let mut found: Vec<Window> = Vec::new();
-    let (mut window, mut settled_s): (Vec<Sample>, f64) = (Vec::new(), 0.0);
+    let (mut window, mut settled_s): (Vec<GliderSample>, f64) = (Vec::new(), 0.0);
     for pair in samples.windows(2) {
         let [before, sample] = [pair[0], pair[1]];
         let is_disturbed = (sample.ballast_m3 - before.ballast_m3).abs() > ballast_step
@@ -361,7 +361,7 @@ fn windows(samples: &[Sample], ballast_step: f64, speeds: &[(f64, f64)]) -> Vec<
 }
 
 /// From the last fix before a dive to the first one after.
-fn ways(log: &Log, samples: &[Sample]) -> Vec<Way> {
+fn ways(log: &Log, samples: &[GliderSample]) -> Vec<Way> {
     let fixes: Vec<(f64, [f64; 2])> =
         log.rows.iter().filter_map(|row| Some((seconds(log, row.time_us), row.gnss_m()?))).collect();
     let mut ways = Vec::new();
@@ -370,7 +370,7 @@ fn ways(log: &Log, samples: &[Sample]) -> Vec<Way> {
         if to_s - from_s < SHORTEST_WAY_S {
             continue;
         }
-        let inside: Vec<Sample> = samples
+        let inside: Vec<GliderSample> = samples
             .iter()
             .filter(|s| (from_s..to_s).contains(&s.t_s) && s.pitch_rad * s.ballast_m3 > 0.0)
             .copied()

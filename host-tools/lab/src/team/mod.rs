@@ -12,7 +12,7 @@ use crate::ensemble::{PartArgs, SeedArgs, all_runs};
 use crate::store::{Key, version};
 use anyhow::{Context, bail};
 use backseat_report::console;
-use run::{CASES, Case};
+use run::{CASES, TeamCase};
 use std::path::PathBuf;
 
 /// Command line.
@@ -41,17 +41,18 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     if let Some(name) = args.cases.iter().find(|name| CASES.iter().all(|case| case.name != **name)) {
         bail!("no case {name}; there are {}", CASES.map(|case| case.name).join(", "));
     }
-    let is_asked = |case: &Case| args.cases.is_empty() || args.cases.iter().any(|name| name == case.name);
-    let cases: Vec<Case> = CASES.into_iter().filter(is_asked).collect();
+    let is_asked = |case: &TeamCase| args.cases.is_empty() || args.cases.iter().any(|name| name == case.name);
+    let cases: Vec<TeamCase> = CASES.into_iter().filter(is_asked).collect();
     args.ensemble.limit_jobs();
     let all =
         args.ensemble.seeds().flat_map(|seed| cases.iter().map(move |case| ((case.name.to_owned(), seed), *case)));
-    let jobs: Vec<(Key, Case)> = all.collect();
-    let fly = |seed: u64, case: &Case| run::run(*case, seed);
+    let jobs: Vec<(Key, TeamCase)> = all.collect();
+    let fly = |seed: u64, case: &TeamCase| run::run(*case, seed);
     let Some(runs) = all_runs("flights", &args.part, version("team", "")?, &jobs, fly)? else { return Ok(()) };
-    let of_case = |case: &Case| jobs.iter().zip(&runs).filter(|((_, of), _)| of == case).map(|(_, run)| run).collect();
-    let flown: Vec<page::Flown<'_>> =
-        cases.iter().map(|case| page::Flown { case: *case, runs: of_case(case) }).collect();
+    let of_case =
+        |case: &TeamCase| jobs.iter().zip(&runs).filter(|((_, of), _)| of == case).map(|(_, run)| run).collect();
+    let flown: Vec<page::FlownCase<'_>> =
+        cases.iter().map(|case| page::FlownCase { case: *case, runs: of_case(case) }).collect();
     if let Some(path) = &args.picture {
         std::fs::write(path, page::picture(&flown)).with_context(|| path.display().to_string())?;
     }

@@ -1,7 +1,7 @@
 //! The page of `cargo lab team`, and its picture.
 
 use super::Args;
-use super::run::{Case, LIAR, Liar, Navigated, Point, TeamRun};
+use super::run::{LIAR, Liar, Navigated, Point, TeamCase, TeamRun};
 use crate::alone::worlds::SHIP_LEAVES_S;
 use crate::intervals::with_interval;
 use crate::wrap::wrapped;
@@ -11,15 +11,15 @@ use backseat_report::plots::{self, ErrorPlot, Scale};
 use std::fmt::Write as _;
 
 /// The flights of one case.
-pub struct Flown<'a> {
+pub struct FlownCase<'a> {
     /// How.
-    pub case: Case,
+    pub case: TeamCase,
     /// One a seed.
     pub runs: Vec<&'a TeamRun>,
 }
 
 /// Whether the vehicle at this place is meant.
-type Is = fn(usize, Case) -> bool;
+type Is = fn(usize, TeamCase) -> bool;
 
 /// Whose rows a table has.
 const WHO: [(&str, Is); 3] = [
@@ -28,11 +28,11 @@ const WHO: [(&str, Is); 3] = [
     ("the one that lies", lies),
 ];
 
-fn lies(place: usize, case: Case) -> bool {
+fn lies(place: usize, case: TeamCase) -> bool {
     place == LIAR && case.liar != Liar::Nobody
 }
 
-impl Flown<'_> {
+impl FlownCase<'_> {
     /// Vehicles of each run.
     fn vehicles(&self, is_one: Is) -> impl Iterator<Item = Vec<&Navigated>> {
         self.runs.iter().map(move |run| {
@@ -65,7 +65,7 @@ impl Flown<'_> {
 }
 
 /// The page in Markdown.
-pub fn page(flown: &[Flown<'_>], args: &Args) -> String {
+pub fn page(flown: &[FlownCase<'_>], args: &Args) -> String {
     let seeds = args.ensemble.seeds();
     let (runs, first_seed) = (seeds.end - seeds.start, seeds.start);
     let cases = if args.cases.is_empty() { String::new() } else { format!(" --cases {}", args.cases.join(",")) };
@@ -79,7 +79,7 @@ pub fn page(flown: &[Flown<'_>], args: &Args) -> String {
         let _ = writeln!(text, "![Error of the others against time, by case]({})\n", name.display());
     }
     let _ = writeln!(text, "| case | |\n|---|---|");
-    for Flown { case, .. } in flown {
+    for FlownCase { case, .. } in flown {
         let _ = writeln!(text, "| {} | {} |", case.name, case.about);
     }
     text += "\n## Errors\n\nHorizontal error, root mean square over vehicles and flights, when the ship leaves, midway and at the end; \
@@ -100,7 +100,7 @@ degrees, both with signs that are drawn for each vehicle, and there is a current
 declared. The first vehicle surfaces for fixes behind every second line. `app.lost_sigma_m` is 100 km and half an hour of degraded \
 navigation ends no mission.\n";
 
-fn errors(flown: &[Flown<'_>]) -> String {
+fn errors(flown: &[FlownCase<'_>]) -> String {
     let mut table = markdown_table([
         "case",
         "vehicles",
@@ -141,7 +141,7 @@ fn errors(flown: &[Flown<'_>]) -> String {
     table.to_string()
 }
 
-fn ranges(flown: &[Flown<'_>]) -> String {
+fn ranges(flown: &[FlownCase<'_>]) -> String {
     let mut table = markdown_table([
         "case",
         "vehicles",
@@ -168,9 +168,9 @@ fn ranges(flown: &[Flown<'_>]) -> String {
 }
 
 /// Errors of the others against time.
-pub fn picture(flown: &[Flown<'_>]) -> String {
+pub fn picture(flown: &[FlownCase<'_>]) -> String {
     let [_, (_, is_other), _] = WHO;
-    let line = |flown: &Flown<'_>, of: fn(&Point) -> f64| -> Vec<(f64, f64)> {
+    let line = |flown: &FlownCase<'_>, of: fn(&Point) -> f64| -> Vec<(f64, f64)> {
         let minutes = (0..=(flown.end_s() / 60.0) as u32).map(f64::from);
         minutes.filter_map(|at| Some((at / 60.0, flown.at(is_other, 60.0 * at, of)?))).collect()
     };

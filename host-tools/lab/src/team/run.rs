@@ -26,7 +26,7 @@ pub enum Liar {
 
 /// How a team flies.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Case {
+pub struct TeamCase {
     /// As in tables and on the command line.
     pub name: &'static str,
     /// For the page.
@@ -39,16 +39,21 @@ pub struct Case {
     pub liar: Liar,
 }
 
-const TEAM: Case =
-    Case { name: "team", about: "each uses the others' packets", peers: true, surfaces: true, liar: Liar::Nobody };
+const TEAM: TeamCase =
+    TeamCase { name: "team", about: "each uses the others' packets", peers: true, surfaces: true, liar: Liar::Nobody };
 
 /// All.
-pub const CASES: [Case; 5] = [
-    Case { name: "each-alone", about: "the same, and nobody uses another's packets", peers: false, ..TEAM },
+pub const CASES: [TeamCase; 5] = [
+    TeamCase { name: "each-alone", about: "the same, and nobody uses another's packets", peers: false, ..TEAM },
     TEAM,
-    Case { name: "no-fixes", about: "as the team, and nobody surfaces", surfaces: false, ..TEAM },
-    Case { name: "wrong-place", about: "the third vehicle's packets are 50 m off", liar: Liar::Place(50.0), ..TEAM },
-    Case { name: "wrong-clock", about: "the third vehicle's clock is 10 ms off", liar: Liar::Clock(0.01), ..TEAM },
+    TeamCase { name: "no-fixes", about: "as the team, and nobody surfaces", surfaces: false, ..TEAM },
+    TeamCase {
+        name: "wrong-place",
+        about: "the third vehicle's packets are 50 m off",
+        liar: Liar::Place(50.0),
+        ..TEAM
+    },
+    TeamCase { name: "wrong-clock", about: "the third vehicle's clock is 10 ms off", liar: Liar::Clock(0.01), ..TEAM },
 ];
 
 /// Place of the vehicle that lies, where one does.
@@ -93,7 +98,7 @@ pub struct Point {
 ///
 /// # Errors
 /// A flight that fails.
-pub fn run(case: Case, seed: u64) -> anyhow::Result<TeamRun> {
+pub fn run(case: TeamCase, seed: u64) -> anyhow::Result<TeamRun> {
     let team = scenarios(case, seed)?;
     let mut clients: Vec<_> = team.iter().map(|_| Client::new(InProcess::new())).collect();
     let [first, ..] = &team[..] else { anyhow::bail!("no vehicle") };
@@ -105,7 +110,7 @@ pub fn run(case: Case, seed: u64) -> anyhow::Result<TeamRun> {
 }
 
 /// One for each vehicle: as the scenario `team`, in a current, with 10 % wrong parameters and a wrong compass each.
-fn scenarios(case: Case, seed: u64) -> anyhow::Result<Vec<Scenario>> {
+fn scenarios(case: TeamCase, seed: u64) -> anyhow::Result<Vec<Scenario>> {
     let mut scenario = Scenario::built_in("team")?;
     let settings = &mut scenario.settings;
     settings.seed = seed;

@@ -72,7 +72,7 @@ enum Done {
 
 /// The store wants an object.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-struct Run {
+struct ExaminedRun {
     done: Done,
 }
 
@@ -100,7 +100,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     }));
     let version = version("wrong-recordings", &format!("{} s", args.seconds))?;
     let done = all_runs("logs", &args.part, version, &jobs, |seed, job| {
-        Ok(Run {
+        Ok(ExaminedRun {
             done: match job {
                 Job::Base(base) => wrongly(&base.log()?),
                 Job::Clean(kind) => {
@@ -111,7 +111,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         })
     })?;
     let Some(done) = done else { return Ok(()) };
-    let row = |(base, run): (&Base, &Run)| match &run.done {
+    let row = |(base, run): (&Base, &ExaminedRun)| match &run.done {
         Done::Wrong { clean, known, held_out } => Some(Row {
             name: base.name(),
             is_held_out: matches!(base, Base::File(path) if args.held_out.contains(path)),

@@ -1,6 +1,6 @@
 //! Lines, currents and surveys flown on the model.
 
-use super::simulation::{Disturbance, Sample, fly};
+use super::simulation::{Disturbance, SimulatedSample, fly};
 use backseat_core::control::mission::{Lawnmower, Mission, MissionStatus, Waypoint};
 use backseat_core::control::{AllocationMethod, ControlConfig, ControlLaw};
 use backseat_core::dynamics::VehicleParameters;
@@ -34,16 +34,16 @@ fn at_rest(north_m: f64, east_m: f64, heading_rad: f64) -> VehicleState {
     x
 }
 
-fn largest(samples: &[Sample], value: impl Fn(&Sample) -> f64) -> f64 {
+fn largest(samples: &[SimulatedSample], value: impl Fn(&SimulatedSample) -> f64) -> f64 {
     samples.iter().map(|sample| value(sample).abs()).fold(0.0, f64::max)
 }
 
 /// The last sample that was still under way: a finished mission has no error.
-fn last_on_leg(samples: &[Sample]) -> &Sample {
+fn last_on_leg(samples: &[SimulatedSample]) -> &SimulatedSample {
     samples.iter().rev().find(|s| matches!(s.command.status, MissionStatus::Leg(_))).unwrap()
 }
 
-fn check_roll(samples: &[Sample]) {
+fn check_roll(samples: &[SimulatedSample]) {
     let roll = largest(samples, |s| s.x[state::PHI]).to_degrees();
     assert!(roll < 5.0, "roll {roll} degrees");
 }
@@ -287,7 +287,7 @@ fn a_lone_vertical_fin_is_enough_when_it_is_known_to_be_alone() {
                 }
                 let samples = fly(&config(law), &mission, x, &disturbance, 600.0);
                 // The last halves of the long lines, where a turn is to be over.
-                let on_line = |s: &&Sample| {
+                let on_line = |s: &&SimulatedSample| {
                     matches!(s.command.status, MissionStatus::Leg(1 | 3 | 5)) && s.command.error.along_m > 40.0
                 };
                 let squares: Vec<f64> =

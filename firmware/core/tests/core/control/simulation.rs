@@ -45,7 +45,7 @@ impl Default for Disturbance {
 
 /// One step's worth of history.
 #[derive(Clone, Copy, Debug)]
-pub struct Sample {
+pub struct SimulatedSample {
     pub time_s: f64,
     pub x: VehicleState,
     pub command: Command,
@@ -58,7 +58,7 @@ pub fn fly(
     mut x: VehicleState,
     disturbance: &Disturbance,
     longest_s: f64,
-) -> Vec<Sample> {
+) -> Vec<SimulatedSample> {
     let model = VehicleModel::new(&VehicleParameters::IVER3).unwrap();
     let mut controller = Box::new(Controller::new());
     controller.configure(config, &model).unwrap();
@@ -81,7 +81,7 @@ pub fn fly(
         let command = controller.command(step * 100_000, &estimate, known_ne_mps);
         check_limits(&config.limits, &last, &command.input);
         last = command.input;
-        samples.push(Sample { time_s: step as f64 * STEP_S, x, command });
+        samples.push(SimulatedSample { time_s: step as f64 * STEP_S, x, command });
         if command.status == MissionStatus::Finished {
             break;
         }

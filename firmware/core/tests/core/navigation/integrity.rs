@@ -5,13 +5,13 @@ use backseat_core::navigation::*;
 
 /// A flight of `seconds`, with fixes for the first twenty seconds and after `fixes_from_s`, and a range every 20 s. Both
 /// sources may err: (error of a fix, error of the ship's report) at a time, m.
-struct Flight {
+struct LevelFlight {
     navigator: Box<Navigator>,
     integrity: Integrity,
     truth: Truth,
 }
 
-impl Flight {
+impl LevelFlight {
     fn run(seconds: u64, fixes_from_s: u64, errors_m: impl Fn(f64) -> ([f64; 2], [f64; 2])) -> Self {
         let mut config = NavigationConfig { surface: None, ..NavigationConfig::REFERENCE };
         config.make_robust();
@@ -89,11 +89,11 @@ impl Flight {
 #[test]
 fn val_receivers_are_added_by_their_variances() {
     let still = |_| ([0.0; 2], [0.0; 2]);
-    let flight = Flight::run(120, 1000, still);
+    let flight = LevelFlight::run(120, 1000, still);
     let unseen = |receivers_m| flight.unseen(&flight.integrity, (0, 1.0), receivers_m);
     assert_eq!(unseen([0.0; 2]), 0.0, "nothing contradicts");
     assert!((unseen([1.5, 2.0]) - (2.25 + 16.0)).abs() < 1e-12);
-    let around = Flight::run(1020, 2000, still);
+    let around = LevelFlight::run(1020, 2000, still);
     let unseen_around = |receivers_m| around.unseen(&around.integrity, (0, 1.0), receivers_m);
     assert!((unseen_around([1.5, 2.0]) - unseen_around([0.0; 2]) - (2.25 + 4.0)).abs() < 1e-12);
     assert_eq!(flight.unseen(&flight.integrity, (6, 1.0), [1.5, 2.0]), 0.0, "of a velocity");
@@ -105,7 +105,7 @@ fn val_receivers_are_added_by_their_variances() {
 /// small as theirs. What is stated covers the way back.
 #[test]
 fn val_a_slow_spoof_is_stated() {
-    let flight = Flight::run(480, 60, |t| ([0.12 * (t - 60.0).max(0.0), 0.16 * (t - 60.0).max(0.0)], [0.0; 2]));
+    let flight = LevelFlight::run(480, 60, |t| ([0.12 * (t - 60.0).max(0.0), 0.16 * (t - 60.0).max(0.0)], [0.0; 2]));
     let ([p_m, stated_m], error_m) = (flight.sigmas_m(), flight.error_m());
     let doubted =
         flight.navigator.main().is_suspect(Sensor::Range) || flight.navigator.main().is_suspect(Sensor::VehicleGnss);
@@ -118,10 +118,10 @@ fn val_a_slow_spoof_is_stated() {
 /// two is wrong, but nothing else has confirmed the position. A first range that agrees leaves nothing.
 #[test]
 fn val_a_range_that_contradicts_the_first_fixes_is_stated() {
-    let flight = Flight::run(20, 1000, |_| ([9.0, 0.0], [0.0; 2]));
+    let flight = LevelFlight::run(20, 1000, |_| ([9.0, 0.0], [0.0; 2]));
     let ([p_m, stated_m], error_m) = (flight.sigmas_m(), flight.error_m());
     assert!(error_m > 3.0 * p_m && error_m < 3.0 * stated_m, "{error_m} m, {p_m} m, {stated_m} m");
     assert!(!flight.navigator.main().is_suspect(Sensor::Range));
-    let [p_m, stated_m] = Flight::run(20, 1000, |_| ([0.0; 2], [0.0; 2])).sigmas_m();
+    let [p_m, stated_m] = LevelFlight::run(20, 1000, |_| ([0.0; 2], [0.0; 2])).sigmas_m();
     assert!((p_m - stated_m).abs() < 1e-9);
 }

@@ -37,7 +37,7 @@ impl Log {
 }
 
 #[derive(Clone, Copy)]
-struct Run {
+struct MiniRun {
     name: &'static str,
     model: ProcessModel,
     dvl: bool,
@@ -48,7 +48,7 @@ struct Run {
 }
 
 /// Worst deviations: state, current, covariance and range innovation.
-fn run(log: &Log, vectors: &Value, run: Run) -> [f64; 4] {
+fn run(log: &Log, vectors: &Value, run: MiniRun) -> [f64; 4] {
     let mini = &vectors["mini_run"];
     let expected = &mini["results"][run.name];
     let numbers = |v: &Value| v.as_array().unwrap().iter().map(|x| x.as_f64().unwrap()).collect::<Vec<_>>();
@@ -172,7 +172,7 @@ fn run(log: &Log, vectors: &Value, run: Run) -> [f64; 4] {
 fn val_mini_run_in_four_configurations() {
     let vectors: Value = serde_json::from_str(include_str!("../../data/nav_vectors.json")).unwrap();
     let log = Log::new();
-    let base = Run {
+    let base = MiniRun {
         name: "dyn_range",
         model: ProcessModel::Dynamic,
         dvl: false,
@@ -183,9 +183,9 @@ fn val_mini_run_in_four_configurations() {
     };
     let runs = [
         base,
-        Run { name: "dyn_range_rr_current", range_rate: true, current: true, ..base },
-        Run { name: "kin_dvl_range", model: ProcessModel::Kinematic, dvl: true, ..base },
-        Run { name: "dyn_dvl_gps", dvl: true, gps: true, ..base },
+        MiniRun { name: "dyn_range_rr_current", range_rate: true, current: true, ..base },
+        MiniRun { name: "kin_dvl_range", model: ProcessModel::Kinematic, dvl: true, ..base },
+        MiniRun { name: "dyn_dvl_gps", dvl: true, gps: true, ..base },
     ];
     for case in runs {
         let worst = run(&log, &vectors, case);

@@ -5,7 +5,7 @@ use super::support::*;
 use backseat_core::navigation::*;
 
 /// A vehicle on its way, and a filter with the sensors that are switched on.
-struct Flight {
+struct RecoveryFlight {
     truth: Truth,
     config: NavigationConfig,
     navigator: Box<Navigator>,
@@ -25,7 +25,7 @@ struct Flight {
     dishonest_now_s: u64,
 }
 
-impl Flight {
+impl RecoveryFlight {
     fn new(seed: u64, offset_m: [f64; 2], current: [f64; 2]) -> Self {
         Self::of(NavigationConfig::REFERENCE, seed, offset_m, current)
     }
@@ -145,7 +145,7 @@ fn used(fusions: &Fusions) -> bool {
 #[test]
 fn a_filter_that_is_wrong_is_pulled_in_by_good_ranges() {
     // 120 m off: an outage of twenty minutes in a current of 0.1 m/s that is not declared
-    let mut flight = Flight::new(1, [-72.0, 96.0], [0.0; 2]);
+    let mut flight = RecoveryFlight::new(1, [-72.0, 96.0], [0.0; 2]);
     let mut rejected = 0;
     while !flight.range(0.0) {
         rejected += 1;
@@ -171,7 +171,7 @@ fn a_filter_that_is_wrong_is_pulled_in_by_good_ranges() {
 
 #[test]
 fn a_ship_that_is_wrong_by_half_a_kilometre_is_never_believed_without_saying_so() {
-    let mut flight = Flight::new(2, [0.0; 2], [0.0; 2]);
+    let mut flight = RecoveryFlight::new(2, [0.0; 2], [0.0; 2]);
     flight.ranges(20);
     assert!(flight.error_m() < 5.0);
     flight.ship_error_m = [300.0, -400.0];
@@ -187,7 +187,7 @@ fn a_ship_that_is_wrong_by_half_a_kilometre_is_never_believed_without_saying_so(
 
 #[test]
 fn a_dvl_contradicts_a_ship_that_lies() {
-    let mut flight = Flight::new(3, [0.0; 2], [0.0; 2]);
+    let mut flight = RecoveryFlight::new(3, [0.0; 2], [0.0; 2]);
     flight.dvl_error_mps = Some(0.0);
     flight.ranges(10);
     flight.ship_error_m = [300.0, -400.0];
@@ -199,7 +199,7 @@ fn a_dvl_contradicts_a_ship_that_lies() {
 
 #[test]
 fn multipath_is_borne() {
-    let mut flight = Flight::new(4, [0.0; 2], [0.0; 2]);
+    let mut flight = RecoveryFlight::new(4, [0.0; 2], [0.0; 2]);
     let mut largest = 0.0_f64;
     for _ in 0..200 {
         let late = flight.noise.uniform() < 0.3;
@@ -213,7 +213,7 @@ fn multipath_is_borne() {
 
 #[test]
 fn an_undeclared_current_is_not_navigated_through_in_silence() {
-    let mut flight = Flight::new(5, [0.0; 2], [0.12, 0.09]);
+    let mut flight = RecoveryFlight::new(5, [0.0; 2], [0.12, 0.09]);
     flight.ranges(100);
     assert!(flight.dishonest_s <= 120, "{} s", flight.dishonest_s);
     // it displaces the estimate by 4.5 m between two ranges
@@ -222,7 +222,7 @@ fn an_undeclared_current_is_not_navigated_through_in_silence() {
 
 #[test]
 fn a_fix_that_leaps_is_not_believed_at_once() {
-    let mut flight = Flight::new(6, [0.0; 2], [0.0; 2]);
+    let mut flight = RecoveryFlight::new(6, [0.0; 2], [0.0; 2]);
     for second in 0..60 {
         assert!(flight.fix([0.0; 2]), "{second}");
     }
@@ -239,7 +239,7 @@ fn a_fix_that_leaps_is_not_believed_at_once() {
 
 #[test]
 fn surfaced_fixes_pull_a_lost_filter_in() {
-    let mut flight = Flight::new(7, [60.0, -80.0], [0.0; 2]);
+    let mut flight = RecoveryFlight::new(7, [60.0, -80.0], [0.0; 2]);
     let mut rejected = 0;
     while !flight.fix([0.0; 2]) {
         rejected += 1;
@@ -256,7 +256,7 @@ fn surfaced_fixes_pull_a_lost_filter_in() {
 
 #[test]
 fn a_false_bottom_lock_is_suspect_and_forgotten() {
-    let mut flight = Flight::new(8, [0.0; 2], [0.0; 2]);
+    let mut flight = RecoveryFlight::new(8, [0.0; 2], [0.0; 2]);
     flight.dvl_error_mps = Some(0.0);
     flight.run(60);
     flight.dvl_error_mps = Some(-0.8);
@@ -274,7 +274,7 @@ fn a_false_bottom_lock_is_suspect_and_forgotten() {
 /// In a turn the vehicle is as slow as a wrong DVL says, for ten seconds.
 #[test]
 fn a_false_bottom_lock_that_the_vehicle_crosses_stays_out() {
-    let mut flight = Flight::new(16, [0.0; 2], [0.0; 2]);
+    let mut flight = RecoveryFlight::new(16, [0.0; 2], [0.0; 2]);
     flight.dvl_error_mps = Some(0.0);
     flight.run(60);
     for (error_mps, seconds) in [(-0.8, 60), (0.0, 10), (-0.8, 60)] {
@@ -287,7 +287,7 @@ fn a_false_bottom_lock_that_the_vehicle_crosses_stays_out() {
 
 #[test]
 fn a_bottom_lock_that_stays_false_is_not_navigated_by_in_silence() {
-    let mut flight = Flight::new(9, [0.0; 2], [0.0; 2]);
+    let mut flight = RecoveryFlight::new(9, [0.0; 2], [0.0; 2]);
     flight.dvl_error_mps = Some(0.0);
     flight.ranges(4);
     flight.dvl_error_mps = Some(-0.8);
@@ -297,7 +297,7 @@ fn a_bottom_lock_that_stays_false_is_not_navigated_by_in_silence() {
 
 #[test]
 fn a_suspect_source_that_falls_silent_stays_unconfirmed() {
-    let mut flight = Flight::new(10, [0.0; 2], [0.0; 2]);
+    let mut flight = RecoveryFlight::new(10, [0.0; 2], [0.0; 2]);
     flight.ranges(10);
     for _ in 0..3 {
         assert!(!flight.range(90.0));
@@ -312,7 +312,7 @@ fn a_suspect_source_that_falls_silent_stays_unconfirmed() {
 
 #[test]
 fn outliers_that_disagree_never_come_in() {
-    let mut flight = Flight::new(11, [0.0; 2], [0.0; 2]);
+    let mut flight = RecoveryFlight::new(11, [0.0; 2], [0.0; 2]);
     for second in 0..120 {
         let (angle, away) = (6.3 * flight.noise.uniform(), 400.0 + 2000.0 * flight.noise.uniform());
         assert!(!flight.fix([away * f64::cos(angle), away * f64::sin(angle)]), "{second}");
@@ -323,7 +323,7 @@ fn outliers_that_disagree_never_come_in() {
 
 #[test]
 fn what_is_absurd_is_not_believed_however_steady() {
-    let mut flight = Flight::new(12, [0.0; 2], [0.0; 2]);
+    let mut flight = RecoveryFlight::new(12, [0.0; 2], [0.0; 2]);
     for _ in 0..60 {
         flight.run(1);
         for position_m in [[1e300, 0.0], [1e9, 1e9]] {
@@ -352,7 +352,7 @@ fn one_bad_axis_keeps_the_others_out() {
 /// Half an hour in still water has made the filter sure of its current. One of 0.15 m/s then sets in.
 #[test]
 fn a_current_that_sets_in_is_learnt_from_the_ranges_that_contradict() {
-    let mut flight = Flight::robust(13);
+    let mut flight = RecoveryFlight::robust(13);
     flight.ranges(60);
     flight.truth.current = [0.12, 0.09];
     flight.ranges(20);
@@ -367,7 +367,7 @@ fn a_current_that_sets_in_is_learnt_from_the_ranges_that_contradict() {
 /// The compass is off by 23 degrees for two minutes. Ranges see it where the line of sight is along the error.
 #[test]
 fn ranges_that_agree_while_the_line_of_sight_turns_confirm_a_compass() {
-    let mut flight = Flight::new(14, [0.0; 2], [0.0; 2]);
+    let mut flight = RecoveryFlight::new(14, [0.0; 2], [0.0; 2]);
     flight.ranges(10);
     flight.heading_error_rad = 0.4;
     flight.run(120);
@@ -383,7 +383,7 @@ fn ranges_that_agree_while_the_line_of_sight_turns_confirm_a_compass() {
 
 #[test]
 fn ranges_do_not_confirm_a_compass_that_stays_wrong() {
-    let mut flight = Flight::new(15, [0.0; 2], [0.0; 2]);
+    let mut flight = RecoveryFlight::new(15, [0.0; 2], [0.0; 2]);
     flight.ranges(10);
     flight.heading_error_rad = 0.4;
     flight.ranges(60);
@@ -397,7 +397,7 @@ fn a_pitch_that_contradicts_at_the_surface_leaves_no_doubt() {
     for (surfaced, pitch_rad, heading_rad, doubted) in
         [(false, 0.4, 0.0, true), (true, 0.4, 0.0, false), (true, 0.0, 0.4, true), (true, 0.4, 0.4, true)]
     {
-        let mut flight = Flight::new(16, [0.0; 2], [0.0; 2]);
+        let mut flight = RecoveryFlight::new(16, [0.0; 2], [0.0; 2]);
         flight.ranges(2);
         let noise = flight.config.process_noise;
         let surface = surfaced.then_some(SurfaceNoise { depth_m: 50.0, noise });
