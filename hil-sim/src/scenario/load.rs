@@ -3,6 +3,7 @@
 use super::{Scenario, Settings, SurveyLine};
 use crate::faults::{Fault, FaultKind};
 use crate::fittings::FittedParts;
+use backseat_logs::settings::{self, place};
 use backseat_logs::{DataError, VehicleFile};
 use backseat_wire::hostlink::Waypoint;
 use serde::de::DeserializeOwned;
@@ -26,7 +27,7 @@ impl Scenario {
     /// # Errors
     /// Whatever is wrong with either, in one line with file, line, column and key.
     pub fn load(path: &Path) -> Result<Self, DataError> {
-        let text = backseat_logs::settings::read(path)?;
+        let text = settings::read(path)?;
         let settings = Settings::parse(&text, path)?;
         let vehicle_path = path.parent().unwrap_or(Path::new("")).join(&settings.vehicle);
         if !vehicle_path.is_file() {
@@ -101,12 +102,4 @@ pub fn from_toml<T: DeserializeOwned>(text: &str, path: &Path) -> Result<T, Data
         let message = if key.is_empty() { what.to_owned() } else { format!("{}: {what}", key.trim_end_matches('`')) };
         DataError::at(path, line, column, message.replace('\n', " "))
     })
-}
-
-/// Line and column, from 1, of a byte of the text.
-fn place(text: &str, byte: usize) -> (u64, u64) {
-    let before = &text[..byte];
-    let line_start = before.rfind('\n').map_or(0, |newline| newline + 1);
-    let line = before.bytes().filter(|&b| b == b'\n').count() as u64 + 1;
-    (line, before[line_start..].chars().count() as u64 + 1)
 }

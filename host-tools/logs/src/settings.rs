@@ -29,3 +29,12 @@ pub fn read(path: &Path) -> Result<String, DataError> {
         (Err(error), None) => Err(DataError::io(path, &error)),
     }
 }
+
+/// Line and column, from 1, of a byte of a text.
+#[must_use]
+pub fn place(text: &str, byte: usize) -> (u64, u64) {
+    let before = text.get(..byte).unwrap_or(text);
+    let line = before.bytes().filter(|&byte| byte == b'\n').count() + 1;
+    let column = before.chars().rev().take_while(|&c| c != '\n').count() + 1;
+    (line as u64, column as u64)
+}

@@ -248,7 +248,7 @@ fn evaluate(
             for output in 0..OUTPUTS {
                 let row = core::array::from_fn(|column| match column {
                     ..EXTENDED => run.sensitivity[(output, column)],
-                    ..SHARED => by_delay[column - EXTENDED][output],
+                    EXTENDED..SHARED => by_delay[column - EXTENDED][output],
                     _ => run.sensitivity[(output, column - INPUTS)],
                 });
                 add(&row, weights[output], residual[output]);

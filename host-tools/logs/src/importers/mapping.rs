@@ -137,10 +137,8 @@ impl ColumnMap {
     /// As [`ColumnMap::read`].
     pub fn parse(text: &str, path: &Path) -> Result<Self, DataError> {
         let at = |span: Range<usize>, message: String| {
-            let before = text.get(..span.start).unwrap_or(text);
-            let line = before.bytes().filter(|&byte| byte == b'\n').count() + 1;
-            let column = before.chars().rev().take_while(|&c| c != '\n').count() + 1;
-            DataError::at(path, line as u64, column as u64, message)
+            let (line, column) = crate::settings::place(text, span.start);
+            DataError::at(path, line, column, message)
         };
         let file: File = toml::from_str(text).map_err(|e| {
             let message = e.message().lines().collect::<Vec<_>>().join("; ");

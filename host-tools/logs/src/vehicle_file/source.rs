@@ -1,6 +1,7 @@
 //! The text of a vehicle file, and what is wrong where in it.
 
 use crate::DataError;
+use crate::settings::place;
 use std::ops::Range;
 use std::path::Path;
 use toml::Spanned;
@@ -16,10 +17,8 @@ pub(super) struct FileText<'a> {
 
 impl FileText<'_> {
     pub(super) fn error(&self, span: Range<usize>, message: impl Into<String>) -> DataError {
-        let before = self.text.get(..span.start).unwrap_or(self.text);
-        let line = before.bytes().filter(|&byte| byte == b'\n').count() + 1;
-        let column = before.chars().rev().take_while(|&c| c != '\n').count() + 1;
-        DataError::at(self.path, line as u64, column as u64, message)
+        let (line, column) = place(self.text, span.start);
+        DataError::at(self.path, line, column, message)
     }
 
     pub(super) fn root(&self) -> Result<Spanned<DeTable<'_>>, DataError> {
