@@ -110,8 +110,8 @@ macro_rules! factors {
                 }
             }
 
-            /// As written in the report, and in equations and files; the unit of its value, where T is the length of the
-            /// log; whether it moves at the rate of waves.
+            /// As written in the report, and in equations and files; the unit of its value; whether it moves at the
+            /// rate of waves.
             const fn described(self) -> (&'static str, &'static str, &'static str, bool) {
                 match self {
                     $(Self::$factor => ($name, $symbol, $unit, $swings),)*
