@@ -25,7 +25,7 @@ const HANGS: [f64; 3] = [0.15, 0.0, 0.002];
 const HEAVY_KG: f64 = 1.0;
 
 /// A vehicle, how it starts, and what its propeller does.
-struct Case {
+struct SteepCase {
     name: &'static str,
     cb_to_cg_m: [f64; 3],
     euler_rad: [f64; 3],
@@ -35,7 +35,7 @@ struct Case {
 
 const LEVER: [f64; 3] = VehicleParameters::IVER3.b_cb_to_cg_m;
 
-impl Case {
+impl SteepCase {
     const fn new(name: &'static str, cb_to_cg_m: [f64; 3], euler_rad: [f64; 3], rates_radps: [f64; 3]) -> Self {
         Self { name, cb_to_cg_m, euler_rad, rates_radps, propeller_radps: 0.0 }
     }
@@ -61,14 +61,14 @@ impl Case {
     }
 }
 
-const CASES: [Case; 5] = [
-    Case::new("hangs", HANGS, [0.0, -1.3, 0.4], [0.1, 0.0, 0.0]),
+const CASES: [SteepCase; 5] = [
+    SteepCase::new("hangs", HANGS, [0.0, -1.3, 0.4], [0.1, 0.0, 0.0]),
     // from level beyond the vertical, and back
-    Case::new("swings", HANGS, [0.0, 0.0, 0.4], [0.1, 0.0, 0.0]),
+    SteepCase::new("swings", HANGS, [0.0, 0.0, 0.4], [0.1, 0.0, 0.0]),
     // by a crane; it comes back to level
-    Case::new("let go", LEVER, [0.3, -1.56, 1.0], [0.05, 0.0, 0.02]),
-    Case { propeller_radps: 60.0, ..Case::new("upright", LEVER, [-0.2, 1.55, 2.5], [0.0, 0.02, 0.05]) },
-    Case { propeller_radps: 106.8, ..Case::new("loops", LEVER, [0.1, 1.2, -2.0], [0.2, 3.0, 0.3]) },
+    SteepCase::new("let go", LEVER, [0.3, -1.56, 1.0], [0.05, 0.0, 0.02]),
+    SteepCase { propeller_radps: 60.0, ..SteepCase::new("upright", LEVER, [-0.2, 1.55, 2.5], [0.0, 0.02, 0.05]) },
+    SteepCase { propeller_radps: 106.8, ..SteepCase::new("loops", LEVER, [0.1, 1.2, -2.0], [0.2, 3.0, 0.3]) },
 ];
 
 /// Time of a flight, s.
@@ -154,7 +154,7 @@ fn val_a_swing_through_the_vertical_keeps_its_energy() {
 
 /// What a flight of the filter came to.
 #[derive(Debug, Default)]
-struct Told {
+struct SteepFlight {
     failed: bool,
     /// Share of attitudes that were refused.
     refused: f64,
@@ -181,7 +181,7 @@ fn config(filter: &str) -> NavigationConfig {
 }
 
 /// A flight of a filter that knows the vehicle, on depth, attitude and rates, ten times a second.
-fn fly(case: &Case, filter: &str, seed: u64) -> Told {
+fn fly(case: &SteepCase, filter: &str, seed: u64) -> SteepFlight {
     let (declared, parameters) = case.vehicle();
     let config = config(filter);
     let mut vehicle = Vehicle::new(&parameters, case.start(), STEP_S, seed);
@@ -195,7 +195,7 @@ fn fly(case: &Case, filter: &str, seed: u64) -> Told {
     let state = VehicleState::from_fn(|i, _| truth[i] + sigma[i] * noise.normal());
     navigator.initialise(0, &InitialState { state, sigma: VehicleState::from(sigma) }).unwrap();
 
-    let mut told = Told::default();
+    let mut told = SteepFlight::default();
     let mut of = |truth: [f64; 3], sigma: f64| truth.map(|truth| truth + sigma * noise.normal());
     for step in 1..=100 * FLIGHT_S {
         vehicle.step(&Actuators { propeller_radps: case.propeller_radps, ..Actuators::default() }, &Water::default());
@@ -233,12 +233,13 @@ fn fly(case: &Case, filter: &str, seed: u64) -> Told {
 }
 
 /// Flights of one case with the seeds from `first` on, a line for a page, and the mean NEES.
-fn ensemble(case: &Case, filter: &str, first: u64, flights: u64) -> f64 {
-    let told: Vec<Told> = (first..first + flights).map(|seed| fly(case, filter, seed)).collect();
+fn ensemble(case: &SteepCase, filter: &str, first: u64, flights: u64) -> f64 {
+    let told: Vec<SteepFlight> = (first..first + flights).map(|seed| fly(case, filter, seed)).collect();
     let nees: Vec<f64> = told.iter().map(|told| told.nees).collect();
     let mean = stats::mean(&nees).unwrap();
-    let [refused, worst, last] = [|t: &Told| t.refused, |t: &Told| t.worst_rad, |t: &Told| t.last_rad]
-        .map(|of| told.iter().map(of).fold(0.0, f64::max));
+    let [refused, worst, last] =
+        [|t: &SteepFlight| t.refused, |t: &SteepFlight| t.worst_rad, |t: &SteepFlight| t.last_rad]
+            .map(|of| told.iter().map(of).fold(0.0, f64::max));
     let failed = told.iter().filter(|told| told.failed).count();
     let name = format!("{} {filter}, {flights} flights from seed {first}", case.name);
     let (low, high) = stats::mean_ci95(&nees).unwrap();
@@ -266,7 +267,7 @@ fn val_the_filter_keeps_its_attitude_through_the_vertical() {
 #[test]
 fn val_the_filter_is_consistent_at_any_pitch() {
     for (name, degrees) in [("30", -30.0_f64), ("59", -59.0), ("61", -61.0), ("80", -80.0), ("89", -89.0)] {
-        let nees = ensemble(&Case::at(name, degrees.to_radians()), "nominal", 201, 10);
+        let nees = ensemble(&SteepCase::at(name, degrees.to_radians()), "nominal", 201, 10);
         assert!((2.0..4.0).contains(&nees), "{name}: {nees}");
     }
 }
