@@ -9,4 +9,5 @@ mod scenario;
 mod separation;
 mod ship_end;
 mod truth;
+mod vertical;
 mod world;

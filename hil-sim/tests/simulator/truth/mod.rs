@@ -12,7 +12,7 @@ use nalgebra::{Vector3, Vector6};
 use serde_json::Value;
 
 /// The reference vehicle without what the backseat's model has not.
-fn reference() -> Parameters {
+pub(crate) fn reference() -> Parameters {
     let mut scenario = Scenario::built_in("survey").unwrap();
     scenario.settings.plant.process_noise_factor = 0.0;
     scenario.truth_parameters()
@@ -168,7 +168,7 @@ fn val_sheared_current_keeps_velocity_over_ground_as_depth_changes() {
 }
 
 /// Kinetic energy with added mass, and potential energy of net weight and righting lever.
-fn energy(p: &Parameters, s: &State) -> f64 {
+pub(crate) fn energy(p: &Parameters, s: &State) -> f64 {
     let kinetic: f64 = (0..6).map(|i| 0.5 * p.inertia[i] * s.0[7 + i] * s.0[7 + i]).sum();
     let m = s.body_to_ned();
     let lever: f64 = (0..3).map(|i| m[2][i] * p.cb_to_cg_m[i]).sum();

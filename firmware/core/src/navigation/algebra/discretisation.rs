@@ -13,7 +13,7 @@
 use super::layout::PLANT_STATES;
 use crate::dynamics::Linearisation;
 use crate::state::{P, PHI, PSI, THETA, U, V, VEHICLE_STATES, VehicleState, W, X, Y};
-use nalgebra::{ArrayStorage, Vector6};
+use nalgebra::{ArrayStorage, Matrix3, Vector6};
 
 /// The states that drive others: e^{F s} has the identity's columns for position, and the
 /// heading's differs only in two entries.
@@ -228,6 +228,43 @@ impl Discretisation {
         }
         self.phi = self.phi.map(|column| self.times(&column));
         self.phi_heading = self.phi_heading.map(|a| 2.0 * a);
+    }
+
+    /// Φ of no step at all.
+    pub(crate) fn set_identity(&mut self) {
+        for (column, state) in self.phi.iter_mut().zip(DRIVING) {
+            *column = [0.0; VEHICLE_STATES];
+            column[state] = 1.0;
+        }
+        self.phi_heading = [0.0; 2];
+        self.q = [[0.0; VEHICLE_STATES]; VEHICLE_STATES];
+        self.increment = [0.0; VEHICLE_STATES];
+        self.effect_count = 0;
+    }
+
+    /// x → A x of the attitude after the step, A e₃ = e₃: the rows of Φ and Γ, and Q_d.
+    #[inline(never)]
+    pub(crate) fn turn_attitude(&mut self, by: &Matrix3<f64>) {
+        let turn = |column: &mut Column| {
+            let old = [column[PHI], column[THETA], column[PSI]];
+            for i in 0..3 {
+                column[PHI + i] = (0..3).map(|j| by[(i, j)] * old[j]).sum();
+            }
+        };
+        self.phi.iter_mut().for_each(turn);
+        self.effects.iter_mut().take(self.effect_count).for_each(|effect| turn(&mut effect.gamma));
+        for j in 0..VEHICLE_STATES {
+            for i in 0..j {
+                self.q[j][i] = self.q[i][j];
+            }
+        }
+        self.q.iter_mut().for_each(turn);
+        for i in 0..VEHICLE_STATES {
+            let old = [self.q[PHI][i], self.q[THETA][i], self.q[PSI][i]];
+            for j in 0..3 {
+                self.q[PHI + j][i] = (0..3).map(|k| by[(j, k)] * old[k]).sum();
+            }
+        }
     }
 
     /// Φ a. Not inlined: the halvings are rare, and copies of it would be 10 kB of code.

@@ -20,6 +20,7 @@ use super::evidence::{Evidence, MEMORY_S};
 use crate::dynamics::{ActuatorInput, FINS, VehicleModel};
 use crate::navigation::algebra::observer::Observer;
 use crate::navigation::filter::cekf::Filter;
+use crate::navigation::filter::vertical::is_steep;
 use crate::navigation::integrity::{Aiding, Followed};
 use crate::navigation::interface::config::{NavigationConfig, ProcessModel};
 use crate::navigation::interface::effect_states::EffectStates;
@@ -28,7 +29,7 @@ use crate::navigation::interface::initial::{InitialShip, InitialState};
 use crate::navigation::interface::measurement::{AcousticPath, CloneId, Fusions, Measurement, ShipEnd};
 use crate::navigation::trust::integrity::MixtureOffset;
 use crate::parameters::{Learnt, ProcessNoise};
-use crate::state::{PSI, VEHICLE_STATES, VehicleState, X, Y, Z, wrap_angle};
+use crate::state::{PHI, PSI, VEHICLE_STATES, VehicleState, X, Y, Z, wrap_angle};
 use core::f64::consts::PI;
 use nalgebra::ArrayStorage;
 
@@ -91,10 +92,15 @@ impl Member {
         }
     }
 
-    /// Its vehicle state `i` minus the main filter's.
+    /// Its vehicle state `i` minus the main filter's. Near the vertical, where one attitude has many roll and heading
+    /// angles, the bank's are those of the main filter.
     fn offset_from(&self, main: &Filter, i: usize) -> f64 {
         let difference = self.filter.state_at(i) - main.state_at(i);
-        if i == PSI { wrap_angle(difference) } else { difference }
+        match i {
+            PHI..=PSI if is_steep(main.state()) => 0.0,
+            PSI => wrap_angle(difference),
+            _ => difference,
+        }
     }
 }
 

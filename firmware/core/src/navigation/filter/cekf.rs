@@ -38,6 +38,8 @@ pub struct Filter {
     pub(super) heard_us: u64,
     /// The vehicle has lain at the surface with its elevators hard over for this time, s.
     pub(super) held_s: f64,
+    /// It hangs: [`Filter::watch_pitch`].
+    pub(super) hangs: bool,
     /// What the declared model lacks.
     pub(super) effects: Effects,
     /// Scratch of the prediction.
@@ -66,6 +68,7 @@ impl Filter {
             peers: Peers::NONE,
             heard_us: 0,
             held_s: 0.0,
+            hangs: false,
             effects: Effects::new(),
             step: Discretisation::new(),
             observations: Observations::new(),
@@ -177,7 +180,7 @@ impl Filter {
         self.monitor = InnovationMonitor::new();
         self.peers = Peers::NONE;
         self.heard_us = time_us;
-        self.held_s = 0.0;
+        (self.held_s, self.hangs) = (0.0, false);
         self.time_us = time_us;
         self.failure = None;
         self.initialised = true;

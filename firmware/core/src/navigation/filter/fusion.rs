@@ -6,6 +6,7 @@
 
 use super::cekf::Filter;
 use super::effects::Effects;
+use super::vertical;
 use crate::navigation::algebra::observation::{Observation, Refused};
 use crate::navigation::algebra::observer::{LinearStep, Observer, ScalarUpdate};
 use crate::navigation::interface::effect_states::StateParameter;
@@ -18,7 +19,7 @@ use crate::navigation::sources::{
 };
 use crate::navigation::trust::innovation_monitor::{EXCEEDANCE, Estimated, LARGEST_CURRENT_MPS};
 use crate::navigation::trust::source_state::largest_sigma;
-use crate::state::{P, PHI, U, X, Y, Z, wrap_angle};
+use crate::state::{self, P, PHI, U, X, Y, Z, wrap_angle};
 use core::ops::Range;
 
 /// The shorter way round, for sensors of angles.
@@ -47,6 +48,9 @@ impl Filter {
             self.refuse(sensor, scalars, FusionOutcome::Invalid, fusions);
             return;
         }
+        if let Measurement::Attitude { euler_rad: [_, pitch_rad, _] } = measurement {
+            self.watch_pitch(*pitch_rad);
+        }
         let peer = match measurement {
             Measurement::Range { path: AcousticPath { ship: ShipEnd::Peer(peer), .. }, .. } => Some(peer),
             _ => None,
@@ -69,6 +73,9 @@ impl Filter {
         out.clear();
         match measurement {
             Measurement::Depth { z_m } => depth::observe(x, *z_m, sigma.depth_m, out),
+            Measurement::Attitude { euler_rad } if vertical::is_steep(&x.vehicle) => {
+                vertical::observe(&x.vehicle, euler_rad, &sigma.angles_rad(), out);
+            }
             Measurement::Attitude { euler_rad } => attitude::observe(x, euler_rad, &sigma.angles_rad(), out),
             Measurement::Rates { rates_radps } => rates::observe(x, rates_radps, sigma.rates_radps, out),
             Measurement::BottomTrack { velocity_mps } => dvl::observe_bottom(x, velocity_mps, sigma.dvl_mps, out),
@@ -122,6 +129,7 @@ impl Filter {
         }
 
         self.hear(sensor);
+        let steep = vertical::is_steep(&self.x.vehicle).then(|| state::attitude(&self.x.vehicle));
         for axis in 0..self.observations.as_slice().len() {
             if axis > 0 {
                 variance = self.project(axis);
@@ -139,6 +147,9 @@ impl Filter {
             for observation in self.observations.as_mut_slice().iter_mut().skip(axis + 1) {
                 observation.innovation -= observation.row.dot(&self.gain) * innovation;
             }
+        }
+        if let Some(before) = steep {
+            self.turn_steep(&before, observer);
         }
         if !self.config.effect_states.is_empty() {
             Effects::bound(&self.config, &mut self.x);
@@ -319,7 +330,7 @@ impl Filter {
     }
 
     /// Puts a floor under the uncertainty of the states that a sensor observes, one sigma.
-    fn leave_at_least(&mut self, sensor: Sensor, sigma: [f64; 3]) {
+    pub(super) fn leave_at_least(&mut self, sensor: Sensor, sigma: [f64; 3]) {
         for (i, sigma) in self.positioned_by(sensor).zip(sigma) {
             let short = sigma * sigma - self.p.get(i, i);
             self.p.add(i, i, short.max(0.0));

@@ -12,3 +12,4 @@ mod peers;
 pub(super) mod prediction;
 #[cfg(test)]
 mod tests;
+pub(super) mod vertical;

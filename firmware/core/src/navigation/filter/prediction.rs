@@ -1,6 +1,7 @@
 //! Time update: the model's step for x̂, Φ P Φᵀ + Q_d for P.
 
 use super::cekf::Filter;
+use super::vertical;
 use crate::dynamics::{ActuatorInput, kinematic_linearise};
 use crate::effects::Step;
 use crate::navigation::algebra::layout::{EFFECTS, SHIP_VELOCITY};
@@ -95,8 +96,8 @@ impl Filter {
     #[doc(hidden)]
     pub fn discretise(&mut self, step_s: f64, input: &ActuatorInput) {
         self.step.effect_count = 0;
-        let is_held = self.held_s > HELD_S;
-        let linearisation = match (self.config.process_model, &self.model) {
+        let is_held = self.held_s > HELD_S || self.hangs;
+        let mut linearisation = match (self.config.process_model, &self.model) {
             (ProcessModel::Dynamic, Some(model)) if !is_held => {
                 let linearisation = model.linearise(&self.x.vehicle, input);
                 if self.effects.accelerate() {
@@ -112,7 +113,14 @@ impl Filter {
         } else {
             self.config.psd_at(self.x.vehicle[Z], self.monitor.waves.sea_factor())
         };
+        let steep = vertical::is_steep(&self.x.vehicle);
+        if steep {
+            vertical::in_rotation_vector(&self.x.vehicle, &mut linearisation);
+        }
         self.step.compute(&linearisation, &psd, step_s);
+        if steep {
+            vertical::in_euler_angles(&self.x.vehicle, &mut self.step);
+        }
     }
 
     /// Whether the elevators are hard over and the vehicle lies at the surface all the same. If that lasts, the surface

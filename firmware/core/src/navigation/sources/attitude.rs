@@ -1,7 +1,7 @@
 //! Attitude (Table 2.1): h(x) = [φ θ ψ].
 //!
 //! Euler angles of the body in NED, rad; heading true. The innovation is the shorter way round.
-//! Invalid near θ = ±90°, where roll and heading are one angle.
+//! Near θ = ±90°, where roll and heading are one angle, the filter measures a rotation vector instead.
 
 use crate::navigation::algebra::estimate::Estimate;
 use crate::navigation::algebra::observation::Observations;

@@ -4,7 +4,8 @@ use super::Navigator;
 use crate::navigation::algebra::digest::Digest;
 #[cfg(doc)]
 use crate::navigation::filter::cekf::Filter;
-use crate::state::{VEHICLE_STATES, VehicleState, X, Y};
+use crate::navigation::filter::vertical::is_steep;
+use crate::state::{PHI, PSI, VEHICLE_STATES, VehicleState, X, Y};
 use nalgebra::{SMatrix, Vector2};
 
 impl Navigator {
@@ -39,11 +40,15 @@ impl Navigator {
 
     /// Covariance of states `i` and `j`; 0 beyond the last. That of vehicle states is that of the mixture; that of the
     /// position covers both position solutions while ranges are unconfirmed, which P itself does
-    /// not ([`Filter::unconfirmed_sigma`]).
+    /// not ([`Filter::unconfirmed_sigma`]); that of a steep attitude is the main filter's.
     #[must_use]
     pub fn covariance(&self, i: usize, j: usize) -> f64 {
         let main = self.main.covariance(i, j);
-        if i.max(j) >= VEHICLE_STATES || !self.others.iter().any(|member| member.runs) {
+        let turns = (PHI..=PSI).contains(&i) || (PHI..=PSI).contains(&j);
+        if i.max(j) >= VEHICLE_STATES
+            || turns && is_steep(self.main.state())
+            || !self.others.iter().any(|member| member.runs)
+        {
             return main;
         }
         let (mut sum, mut own_weight, mut mean_i, mut mean_j) = (0.0, 1.0, 0.0, 0.0);

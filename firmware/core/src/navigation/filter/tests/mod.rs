@@ -5,3 +5,4 @@ mod delayed;
 mod endurance;
 mod rows;
 mod vectors;
+mod vertical;

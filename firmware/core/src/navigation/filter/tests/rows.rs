@@ -12,6 +12,7 @@ use crate::dynamics::{VehicleModel, VehicleParameters};
 use crate::effects::{EffectSet, ParameterId};
 use crate::navigation::algebra::layout::{CLONE_VELOCITY, CloneKind, EFFECTS, N_MAX, SHIP_VELOCITY};
 use crate::navigation::filter::cekf::Filter;
+use crate::navigation::filter::vertical::is_steep;
 use crate::navigation::*;
 use crate::random::Random;
 use crate::state::{P, PHI, PSI, THETA, U, VEHICLE_STATES, X, Z, wrap_angle};
@@ -315,6 +316,10 @@ fn val_rows_of_every_measurement_match_dual_numbers() {
         for _ in 0..20 {
             let mut scene = Scene::new(states, &mut random);
             for measurement in scene.measurements(&mut random) {
+                // a steep attitude is measured as a rotation vector: `super::vertical`
+                if measurement.sensor() == Sensor::Attitude && is_steep(scene.navigator.state()) {
+                    continue;
+                }
                 scene.navigator.fuse(&measurement);
                 let (n, sensor) = (scene.navigator.dimension(), measurement.sensor());
                 let values: Vec<f64> =
