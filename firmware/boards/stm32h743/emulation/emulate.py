@@ -9,16 +9,15 @@ import time
 import traceback
 
 import scenarios
+import trials
 
+SCENARIOS = {scenario.__name__: scenario for scenario in (*scenarios.ALL, *trials.ALL)}
 STACK_SHARE = 0.8  # of its room that a stack may ever take
 REPORT = """# The image on an emulated STM32H743
 
 Written by `firmware/boards/stm32h743/emulation/run --report docs/results/emulation.md`; do not edit. What each scenario
 asks for is in `firmware/boards/stm32h743/emulation/README.md`. Time is the emulated board's:
 one cycle an instruction, no wait states.
-
-Ten minutes, seed 3, flown once (`run lock_step --minutes 10 --seed 3`, 23 November 2026): the image and `--backseat host`
-both end in digest 282a0da79ea401c9; longest time between two feeds 8.7 ms.
 
 | scenario | time, s | stack of interrupts, bytes | stack of thread mode, bytes | longest time between two feeds, ms | measured | wrong |
 |---|--:|--:|--:|--:|---|---|
@@ -35,7 +34,7 @@ def fly(job):
     began = time.process_time()
     rows, wrong = [], None
     try:
-        for machine in getattr(scenarios, name)(options.image, options):
+        for machine in SCENARIOS[name](options.image, options):
             used, gap_ms = [machine.stack_used(stack) for stack in machine.stacks], machine.longest_gap * 1e-6
             rows.append(f"| {name} | {machine.now * 1e-9:.1f} | {used[0]} | {used[1]} | {gap_ms:.1f} | {shown(machine.measured)} |")
             assert not machine.complaints, f"the hardware would not bear: {machine.complaints}"
@@ -51,13 +50,14 @@ def fly(job):
 
 
 def main():
-    names = [scenario.__name__ for scenario in scenarios.ALL]
+    names = list(SCENARIOS)
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("image", type=pathlib.Path, help="ELF file")
     parser.add_argument("scenario", nargs="*", help=f"of {', '.join(names)}; all without")
     parser.add_argument("--simulator", type=shlex.split, default=["target/release/backseat", "sim", "run"])
     parser.add_argument("--minutes", type=float, default=1, help="of the lock-step flight")
-    parser.add_argument("--seed", type=int, default=1, help="of the lock-step flight")
+    parser.add_argument("--seed", type=int, default=1, help="of the lock-step flight, and of what is random")
+    parser.add_argument("--trials", type=int, default=8, help="power cuts, overruns (100: every number of cycles); resets, ten times")
     parser.add_argument("--report", type=pathlib.Path, help="Markdown file to write")
     options = parser.parse_intermixed_args()
     unknown = set(options.scenario) - set(names)

@@ -196,11 +196,11 @@ class Host:
         _length, _crc, build, starts, confirmed = message.integers(5)
         return trial, (build, starts, bool(confirmed))
 
-    def send_image(self, content, build, most=None):
-        """Writes an image, or the first bytes of it, as far as the answer to the last request."""
+    def send_image(self, content, build):
+        """Writes an image, as far as the answer to the last request."""
         begin = varint(len(content)) + varint(zlib.crc32(content)) + varint(build)
         assert self.ask(UPDATE_BEGIN, begin)[0] == DONE, "the image is refused"
-        for at in range(0, most or len(content), UPDATE_CHUNK):
+        for at in range(0, len(content), UPDATE_CHUNK):
             part = content[at:at + UPDATE_CHUNK]
             answer, refusal, _ = self.ask(UPDATE_WRITE, varint(at) + varint(len(part)) + part, look_s=0.002)
             assert answer == DONE, f"byte {at} on is refused: {refusal.integer()}"

@@ -38,6 +38,7 @@ class Machine(Core):
         self.most_stack = dict.fromkeys(("interrupts", "thread"), 0)
         self.sequence = itertools.count()
         self.complaints, self.measured, self.resets, self.faults, self.events = {}, {}, [], [], []
+        self.operation = lambda kind, span_ns: None  # told when flash or card begin to write
         self.tree = {"core": 64e6, "timers": 64e6}
         with open(image, "rb") as file:
             elf = ELFFile(file)
@@ -191,10 +192,19 @@ class Machine(Core):
     def run_for(self, seconds):
         self.run(self.now + seconds * 1e9)
 
+    def cut(self, chance, at, remembers):
+        """The supply was lost at a time, within whatever was written then."""
+        for writes in (self.flash, self.card):
+            if writes:
+                writes.cut(chance, at)
+        self.lose_supply(remembers)
+
     def lose_supply(self, remembers):
         """The supply is switched off and on; whether a battery keeps the backup SRAM meanwhile."""
         if not remembers:
             self.backup.forget()
+        if self.card:
+            self.card.lose_supply()
         self.reset("power")
 
     # What it looks like from outside.

@@ -27,7 +27,7 @@ class FlashRegisters(Device):
         swap = SWAP if banks.swapped else 0
         self.r = {0x00: 0x37, OPTCR: OPTION_LOCK | swap, OPTSR_CUR: BROWN_OUT | swap, OPTSR_PRG: BROWN_OUT | swap,
                   CR: 0x31, SET + CR: 0x31}
-        self.keys, self.status, self.busy_until, self.part = {}, [0, 0], [0.0, 0.0, 0.0], {}
+        self.keys, self.status, self.busy_until, self.part, self.under_way = {}, [0, 0], [0.0, 0.0, 0.0], {}, {}
 
     def read(self, offset, size):
         bank = offset // SET
@@ -36,6 +36,19 @@ class FlashRegisters(Device):
         if offset == OPTSR_CUR:
             return self.word(offset) | (self.machine.now < self.busy_until[2])
         return super().read(offset, size)
+
+    def begin(self, place, kind, span_ns, interrupted):
+        """An operation in bank 0 or 1, or of the options (2); `interrupted` does to the flash what a cut in it leaves."""
+        now = self.machine.now
+        self.busy_until[place] = now + span_ns
+        self.under_way[place] = now, interrupted
+        self.machine.operation(kind, span_ns)
+
+    def cut(self, chance, at):
+        """The supply was lost at a time: what was under way then is not done, half done or just done."""
+        for place, (begun, interrupted) in self.under_way.items():
+            if begun <= at < self.busy_until[place]:
+                interrupted(chance)
 
     def unlocked_by(self, register, value, keys):
         self.keys[register] = [*self.keys.get(register, []), value][-2:]
@@ -53,8 +66,7 @@ class FlashRegisters(Device):
             if value & START and (value & BER or bank == 0):
                 self.complain("the bank that runs is erased, or a whole one")
             elif value & START and value & SER:
-                self.machine.store.erase(value >> 8 & 7)
-                self.busy_until[bank] = self.machine.now + self.erase_ns
+                self.begin(bank, "erase", self.erase_ns, self.machine.store.erase(value >> 8 & 7))
         elif register == CCR:
             self.status[bank] &= ~value
         elif offset == OPTKEYR:
@@ -68,9 +80,10 @@ class FlashRegisters(Device):
                 wanted = self.word(OPTSR_PRG)
                 if wanted & ~SWAP != BROWN_OUT:
                     self.complain("an option other than the exchange of the banks is written")
-                self.machine.banks.option = bool(wanted & SWAP)
+                banks, before = self.machine.banks, self.machine.banks.option
+                banks.option = bool(wanted & SWAP)
                 self.r[OPTSR_CUR] = wanted
-                self.busy_until[2] = self.machine.now + self.option_ns
+                self.begin(2, "option", self.option_ns, lambda chance: banks.choose(chance.choice([before, banks.option])))
         else:
             super().write(offset, value, size)
 
@@ -94,10 +107,40 @@ class Bank:
         self.programmed |= set(range(at // WORD, (at + len(content) - 1) // WORD + 1))
 
     def erase(self, sector):
-        words = set(range(sector * SECTOR // WORD, (sector + 1) * SECTOR // WORD))
-        self.bytes[sector * SECTOR:(sector + 1) * SECTOR] = b"\xff" * SECTOR
+        """What a cut in it does: a word is as it was, erased, or neither."""
+        span = slice(sector * SECTOR, (sector + 1) * SECTOR)
+        words = set(range(span.start // WORD, span.stop // WORD))
+        before, programmed, torn = self.bytes[span], self.programmed & words, self.torn & words
+        self.bytes[span] = b"\xff" * SECTOR
         self.programmed -= words
         self.torn -= words
+
+        def interrupted(chance):
+            for word in sorted(programmed):
+                left = chance.choice(["as it was", "erased", "torn"])
+                if left != "erased":
+                    self.programmed.add(word)
+                if left == "as it was":
+                    at = word * WORD
+                    self.bytes[at:at + WORD] = before[at - span.start:at - span.start + WORD]
+                if left == "torn" or left == "as it was" and word in torn:
+                    self.torn.add(word)
+        return interrupted
+
+    def program(self, word, content):
+        """What a cut in it does: the word is erased still, torn, or there."""
+        for at, byte in content.items():
+            self.bytes[at] &= byte
+        self.programmed.add(word)
+
+        def interrupted(chance):
+            left = chance.choice(["erased", "torn", "there"])
+            if left == "torn":
+                self.torn.add(word)
+            elif left == "erased":
+                self.bytes[word * WORD:(word + 1) * WORD] = b"\xff" * WORD
+                self.programmed.discard(word)
+        return interrupted
 
 
 class Banks:
@@ -109,8 +152,13 @@ class Banks:
     def exchange(self):
         if self.swapped != self.option:
             self.swapped = self.option
+            if any(word < IMAGE // WORD for word in self.seen(0).torn):
+                self.machine.complain("an image with a torn word runs")
             self.machine.uc.mem_write(OWN, bytes(self.seen(0).bytes[:IMAGE]))
             self.machine.uc.ctl_flush_tb()
+
+    def choose(self, option):
+        self.option = option
 
     def seen(self, number):
         """0 the one that runs, 1 the other."""
@@ -149,10 +197,8 @@ class FlashWindow:
         if len(flash.part) == WORD:
             if word in bank.programmed:
                 flash.complain("a word was programmed twice")
-            for begun, byte in flash.part.items():
-                bank.bytes[begun] &= byte
-            bank.programmed.add(word)
-            flash.part, flash.busy_until[self.number] = {}, self.machine.now + flash.write_ns
+            interrupted, flash.part = bank.program(word, flash.part), {}
+            flash.begin(self.number, "mark" if IMAGE <= at < IMAGE + TRAILER else "word", flash.write_ns, interrupted)
             if self.number == 0:
                 self.machine.now += flash.write_ns  # the core waits for its next instruction
 
