@@ -57,7 +57,7 @@ def main():
     parser.add_argument("--simulator", type=shlex.split, default=["target/release/backseat", "sim", "run"])
     parser.add_argument("--minutes", type=float, default=1, help="of the lock-step flight")
     parser.add_argument("--seed", type=int, default=1, help="of the lock-step flight, and of what is random")
-    parser.add_argument("--trials", type=int, default=8, help="power cuts, overruns (100: every number of cycles); resets, ten times")
+    parser.add_argument("--trials", type=int, default=8, help="power cuts; ten times the resets of a kind")
     parser.add_argument("--report", type=pathlib.Path, help="Markdown file to write")
     options = parser.parse_intermixed_args()
     unknown = set(options.scenario) - set(names)

@@ -1,29 +1,24 @@
-"""What the image has to do at many moments, chosen at random: power cuts, resets under way, steps that take too long."""
+"""What the image has to do at many moments, chosen at random: power cuts, resets under way."""
 
-import itertools
-import math
 import random
 import zlib
 from collections import Counter
 
-from card import Card
-from hostlink import DONE, PARAMETER_STORE, UPDATE_COMMIT, UPDATE_CONFIRM, Host, messages, unstuffed
+from hostlink import DONE, PARAMETER_STORE, UPDATE_COMMIT, UPDATE_CONFIRM, Host
 from machine import Machine
 from moments import at, counted, in_a_copy, scattered
-from scenarios import HASTE, NEUTRAL, START_S, another, close, neutral_after, told, under_way
+from scenarios import HASTE, START_S, another, close, neutral_after, told, under_way
 
 MASS = "vehicle.mass_kg"
-LOG_S = 4.0  # from power-on until the directory of the card knows of steps in a log
-LOG_LOST_S = 1.2  # of a log that a power cut may cost
 
 
-def start_again(machine, chance, moment, start_s=START_S):
+def start_again(machine, chance, moment):
     """The supply is lost and comes back; every other time it is lost once more while the board starts."""
     machine.cut(chance, moment, remembers=chance.random() < 0.5)
     if chance.random() < 0.5:
-        machine.run_for(chance.uniform(0, start_s))
+        machine.run_for(chance.uniform(0, START_S))
         machine.cut(chance, machine.now, remembers=chance.random() < 0.5)
-    machine.run_for(start_s)
+    machine.run_for(START_S)
 
 
 def cuts_in_update(image, count, seed):
@@ -99,38 +94,6 @@ def cuts_in_store(image, count, seed):
     return machine
 
 
-def whole(log):
-    """Times of the steps in a log, s, of which only the last frame may be cut."""
-    frames = [part for part in log.split(b"\0") if part]
-    good = [len(plain) > 4 and zlib.crc32(plain[:-4]) == int.from_bytes(plain[-4:], "little") for plain in map(unstuffed, frames)]
-    assert all(good[:-1]), f"frame {good.index(False)} of {len(good)} is bad"
-    return [message.integer() * 1e-6 for kind, message in messages(log) if kind == 5]
-
-
-def cuts_in_log(image, count, seed):
-    """Every log on the card can be read to its end, little of it is missing, and the next start has a log of its own."""
-    machine, _, _ = under_way(image, card=Card())
-
-    def trial(chance, moment):
-        began = machine.now
-        machine.cut(chance, moment, remembers=True)
-        left = machine.card.volume.files()["LOG00000.BSL"]
-        missing = began * 1e-9 - whole(left)[-1]
-        assert missing < LOG_LOST_S, f"{missing} s of the log are missing"
-        start_again(machine, chance, machine.now, LOG_S)
-        files = machine.card.volume.files()
-        assert files.pop("LOG00000.BSL") == left, "the log of before has changed"
-        assert files and whole(files[max(files)]), f"no new log: {list(files)}"
-        assert all(whole(log) is not None for log in files.values())
-        assert not machine.complaints and not machine.faults, (machine.complaints, machine.faults)
-        return missing
-
-    results = scattered(machine, lambda: machine.run_for(5), count, seed, trial)
-    worst = max((missing for _, missing, wrong in results if not wrong), default=0)
-    machine.measured[f"{count} power cuts while the log is written"] = f"{counted(results)}, at most {worst:.2f} s of it missing"
-    return machine
-
-
 def summary(results):
     """How many went wrong, and what the others came to."""
     ends = Counter(end for _, end, wrong in results if not wrong)
@@ -138,10 +101,9 @@ def summary(results):
 
 
 def power_cuts(image, options):
-    """Half of them in updates, a quarter each while parameters are stored and the log is written."""
-    quarter = options.trials // 4
-    return [cuts_in_update(image, options.trials - 2 * quarter, options.seed), cuts_in_store(image, quarter, options.seed),
-            cuts_in_log(image, quarter, options.seed)]
+    """Two of three in updates, the others while parameters are stored."""
+    stores = options.trials // 3
+    return [cuts_in_update(image, options.trials - stores, options.seed), cuts_in_store(image, stores, options.seed)]
 
 
 def wedge(machine):
@@ -198,29 +160,4 @@ def reset_under_way(image, options):
     return [machine]
 
 
-def overrun(image, options):
-    """Each instruction takes so many cycles, from a moment under way on: the mission goes on, or ends with neutral fins, stop,
-    a named reason and no more resets than three."""
-    machine, _, host = under_way(image)
-
-    def trial(cycles):
-        began, machine.cycles = machine.now, cycles
-        machine.run_for(30)
-        line, (mode, reason), resets = told(machine, began), host.mode(), len(machine.resets)
-        stopped = NEUTRAL in line and b"$OMSTOP" in line
-        assert stopped == (reason in ("overloaded", "resets")), f"{mode}, {reason}, {line[-200:]}"
-        assert resets <= 3 and not machine.complaints, (machine.resets, machine.complaints)
-        return f"{mode}, {reason}, resets {resets}"
-
-    count = min(options.trials, 100)
-    each = [1 + round(99 * number / max(1, count - 1)) for number in range(count)]
-    results = [(f"{cycles} cycles an instruction", *in_a_copy(trial, cycles)) for cycles in each]
-    verdict = counted(results).split(" (")[0]
-    for end, these in itertools.groupby(zip(each, results), lambda pair: pair[1][1]):
-        tried = [cycles for cycles, _ in these]
-        machine.measured[f"{tried[0]} to {tried[-1]} cycles an instruction ({len(tried)} tried)"] = end
-    machine.measured["overruns"] = verdict
-    return [machine]
-
-
-ALL = [power_cuts, reset_under_way, overrun]
+ALL = [power_cuts, reset_under_way]
