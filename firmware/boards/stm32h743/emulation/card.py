@@ -105,6 +105,13 @@ class Card:
         self.command, self.answer, self.data = bytearray(), deque(), None
         self.fastest_unidentified_hz = 0.0
         self.pulled = False
+        self.under_way = 0.0, None  # since when a block is written, and what a cut does to it
+
+    def cut(self, chance, at):
+        """The supply was lost at a time: of a block that was written then any part is there."""
+        begun, interrupted = self.under_way
+        if begun <= at < self.busy_until:
+            interrupted(chance)
 
     def lose_supply(self):
         """What it holds stays."""
@@ -156,12 +163,23 @@ class Card:
         if len(self.data) == 514:
             good = crc16(self.data[:512]) == int.from_bytes(self.data[512:], "big")
             if good:
-                self.volume.bytes[self.volume.block(self.block)] = self.data[:512]
+                self.put(machine, self.volume.block(self.block), self.data[:512])
             else:
                 machine.complain("SD: wrong CRC of a block")
             self.answer.append(0xE5 if good else 0xEB)
             self.block, self.data, self.busy_until = None, None, machine.now + self.BUSY_NS
         return 0xFF
+
+    def put(self, machine, block, content):
+        volume, before = self.volume, bytes(self.volume.bytes[block])
+
+        def interrupted(chance):
+            there = chance.randint(0, len(before))
+            volume.bytes[block] = content[:there] + before[there:]
+
+        volume.bytes[block] = content
+        self.under_way = machine.now, interrupted
+        machine.operation("block", self.BUSY_NS)
 
     def execute(self, machine, number, argument):
         r1 = int(self.idle)

@@ -38,7 +38,7 @@ class Machine(Core):
         self.most_stack = dict.fromkeys(("interrupts", "thread"), 0)
         self.sequence = itertools.count()
         self.complaints, self.measured, self.resets, self.faults, self.events = {}, {}, [], [], []
-        self.operation = lambda kind, span_ns: None  # told when flash is written
+        self.operation = lambda kind, span_ns: None  # told when flash or card begin to write
         self.tree = {"core": 64e6, "timers": 64e6}
         with open(image, "rb") as file:
             elf = ELFFile(file)
@@ -194,7 +194,9 @@ class Machine(Core):
 
     def cut(self, chance, at, remembers):
         """The supply was lost at a time, within whatever was written then."""
-        self.flash.cut(chance, at)
+        for writes in (self.flash, self.card):
+            if writes:
+                writes.cut(chance, at)
         self.lose_supply(remembers)
 
     def lose_supply(self, remembers):

@@ -38,7 +38,7 @@ def in_a_copy(trial, *arguments):
 def scattered(machine, procedure, count, seed, trial):
     """Runs a procedure; at `count` moments of it a copy tries `trial(chance, moment)`. Gives (kind of moment, result, wrong).
 
-    A moment is any time, or one while flash is written, every kind of writing as often as the others: some last 0.1 ms.
+    A moment is any time, or one while flash or card write, every kind of writing as often as the others: some last 0.1 ms.
     """
     def rehearsed():
         operations, began = [], machine.now

@@ -4,22 +4,26 @@ import random
 import zlib
 from collections import Counter
 
-from hostlink import DONE, PARAMETER_STORE, UPDATE_COMMIT, UPDATE_CONFIRM, Host
+from card import Card
+from hostlink import DONE, PARAMETER_STORE, UPDATE_COMMIT, UPDATE_CONFIRM, Host, messages, unstuffed
 from machine import Machine
 from moments import at, counted, in_a_copy, scattered
 from scenarios import HASTE, START_S, another, close, neutral_after, told, under_way
 
 MASS = "vehicle.mass_kg"
+LOG_S = 4.0  # from power-on until the directory of the card knows of steps in a log
+LOG_LOST_S = 1.2  # of a log that a power cut may cost
 
 
-def start_again(machine, chance, moment):
+def start_again(machine, chance, moment, start_s=START_S, off=lambda: None):
     """The supply is lost and comes back; every other time it is lost once more while the board starts. How often it was."""
     machine.cut(chance, moment, remembers=chance.random() < 0.5)
+    off()
     again = chance.random() < 0.5
     if again:
-        machine.run_for(chance.uniform(0, START_S))
+        machine.run_for(chance.uniform(0, start_s))
         machine.cut(chance, machine.now, remembers=chance.random() < 0.5)
-    machine.run_for(START_S)
+    machine.run_for(start_s)
     return 1 + again
 
 
@@ -98,6 +102,37 @@ def cuts_in_store(image, count, seed):
     return machine
 
 
+def whole(log):
+    """Times of the steps in a log, s, of which only the last frame may be cut."""
+    frames = [part for part in log.split(b"\0") if part]
+    good = [len(plain) > 4 and zlib.crc32(plain[:-4]) == int.from_bytes(plain[-4:], "little") for plain in map(unstuffed, frames)]
+    assert all(good[:-1]), f"frame {good.index(False)} of {len(good)} is bad"
+    return [message.integer() * 1e-6 for kind, message in messages(log) if kind == 5]
+
+
+def cuts_in_log(image, count, seed):
+    """Every log on the card can be read to its end, little of it is missing, and the next start has a log of its own."""
+    machine, _, _ = under_way(image, card=Card())
+
+    def trial(chance, moment):
+        began, left = machine.now, []
+        lost = start_again(machine, chance, moment, LOG_S, lambda: left.append(machine.card.volume.files()["LOG00000.BSL"]))
+        missing = began * 1e-9 - whole(left[0])[-1]
+        assert missing < LOG_LOST_S, f"{missing} s of the log are missing"
+        files = machine.card.volume.files()
+        assert files.pop("LOG00000.BSL") == left[0], "the log of before has changed"
+        # after two resets under way the card is left alone: it may be their cause
+        assert lost == 2 or whole(files[max(files)]), f"no new log: {list(files)}"
+        assert all(whole(log) is not None for log in files.values())
+        assert not machine.complaints and not machine.faults, (machine.complaints, machine.faults)
+        return missing
+
+    results = scattered(machine, lambda: machine.run_for(5), count, seed, trial)
+    worst = max((missing for _, missing, wrong in results if not wrong), default=0)
+    machine.measured[f"{count} power cuts while the log is written"] = f"{counted(results)}, at most {worst:.2f} s of it missing"
+    return machine
+
+
 def summary(results):
     """How many went wrong, and what the others came to."""
     ends = Counter(end for _, end, wrong in results if not wrong)
@@ -105,9 +140,10 @@ def summary(results):
 
 
 def power_cuts(image, options):
-    """Two of three in updates, the others while parameters are stored."""
-    stores = options.trials // 3
-    return [cuts_in_update(image, options.trials - stores, options.seed), cuts_in_store(image, stores, options.seed)]
+    """Half of them in updates, a quarter each while parameters are stored and the log is written."""
+    quarter = options.trials // 4
+    return [cuts_in_update(image, options.trials - 2 * quarter, options.seed), cuts_in_store(image, quarter, options.seed),
+            cuts_in_log(image, quarter, options.seed)]
 
 
 def wedge(machine):
