@@ -1,6 +1,6 @@
 //! Last-resort hardware: how it stands, and the release of the drop weight on the bench.
 
-use super::judge::{CheckLine, Verdict};
+use super::line::{CheckLine, Verdict};
 use crate::monitor::words;
 use backseat_link::board::{Board, reason};
 use backseat_wire::hostlink::{FittingState, Fittings};

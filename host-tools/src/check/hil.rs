@@ -1,7 +1,8 @@
 //! `backseat check --hil`: a board on the bench without devices, TX and RX of each device port joined behind its
 //! transceiver, a pulse per second from a generator. And the signed report.
 
-use super::judge::{self, CheckLine, Look, Verdict};
+use super::judge::{self, Look};
+use super::line::{CheckLine, Verdict};
 use super::{look, wiggle};
 use crate::board::Common;
 use anyhow::Context;

@@ -1,5 +1,6 @@
 //! Verdicts on what was observed of a board.
 
+use super::line::{CheckLine, Verdict};
 use backseat_analysis::reach::{self, FlightSetup};
 use backseat_app::parameters::PARAMETER_SCHEMA;
 use backseat_link::board::{Declared, Identity};
@@ -8,8 +9,6 @@ use backseat_wire::calendar::DateTime;
 use backseat_wire::hostlink::{
     BoardLog, Hardware, Health, Images, LogState, Mode, ModeReason, Oscillator, Port, Restart, StoredImage, Telemetry,
 };
-use serde_json::{Value, json};
-use std::fmt;
 use std::time::Duration;
 
 /// Telemetry comes ten times a second; a busy computer may hold some up.
@@ -20,58 +19,6 @@ const CLOCK_DIFFERENCE_S: f64 = 5.0;
 
 /// Of a board's option bytes: 2.7 V.
 const HIGHEST_BROWN_OUT: u8 = 3;
-
-/// How a check came out.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Verdict {
-    Pass,
-    Fail,
-    /// For the operator to judge.
-    Note,
-}
-
-impl Verdict {
-    pub const fn of(passed: bool) -> Self {
-        if passed { Self::Pass } else { Self::Fail }
-    }
-
-    const fn name(self) -> &'static str {
-        match self {
-            Self::Pass => "ok",
-            Self::Fail => "FAIL",
-            Self::Note => "note",
-        }
-    }
-}
-
-/// One check.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct CheckLine {
-    pub verdict: Verdict,
-    pub what: &'static str,
-    found: String,
-}
-
-impl CheckLine {
-    pub fn new(verdict: Verdict, what: &'static str, found: impl Into<String>) -> Self {
-        Self { verdict, what, found: found.into() }
-    }
-
-    /// Check, verdict and what was found.
-    pub fn cells(&self) -> [&str; 3] {
-        [self.what, self.verdict.name(), &self.found]
-    }
-
-    pub fn json(&self) -> Value {
-        json!({"check": self.what, "verdict": self.verdict.name().to_lowercase(), "found": self.found})
-    }
-}
-
-impl fmt::Display for CheckLine {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{:<4}  {:<15}  {}", self.verdict.name(), self.what, self.found)
-    }
-}
 
 /// What was observed of a board.
 pub struct Look {

@@ -1,6 +1,6 @@
 //! Before a launch: go or no go, on one page to print and sign.
 
-use super::judge::{CheckLine, Verdict};
+use super::line::{CheckLine, Verdict};
 use backseat_logs::output::{self, Existing};
 use backseat_report::{Provenance, Report, Table};
 use std::path::Path;

@@ -4,12 +4,14 @@ mod fittings;
 mod hil;
 mod judge;
 mod launch;
+mod line;
 
 use crate::board::Common;
 use anyhow::bail;
 use backseat_link::board::{Board, reason};
 use backseat_wire::hostlink::Telemetry;
-use judge::{CheckLine, Look, Verdict};
+use judge::Look;
+use line::{CheckLine, Verdict};
 use serde_json::json;
 use std::path::PathBuf;
 use std::time::{Duration, SystemTime};
