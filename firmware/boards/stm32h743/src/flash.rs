@@ -86,11 +86,18 @@ unsafe extern "C" {
     static __edata: u8;
 }
 
-/// CRC-32 of the image that runs: all of flash up to the initial values, which end it.
-pub fn image_crc() -> u32 {
+/// CRC-32 of the image that runs: all of flash up to the initial values, which end it. It is millions of instructions:
+/// `meanwhile` is called after each sector.
+pub fn image_crc(mut meanwhile: impl FnMut()) -> u32 {
     let [values, from, to] = [&raw const __sidata, &raw const __sdata, &raw const __edata].map(|at| at as usize);
     // SAFETY: these bytes are the image, which nothing writes while it runs.
-    CRC.checksum(unsafe { core::slice::from_raw_parts(OWN as *const u8, values + to - from - OWN as usize) })
+    let image = unsafe { core::slice::from_raw_parts(OWN as *const u8, values + to - from - OWN as usize) };
+    let mut crc = CRC.digest();
+    for sector in image.chunks(SECTOR as usize) {
+        crc.update(sector);
+        meanwhile();
+    }
+    crc.finalize()
 }
 
 impl Sectors {

@@ -186,7 +186,7 @@ async fn start_and_store() {
     if !app.restore(found.is_ok().then_some(&*stored)) {
         defmt::error!("the stored parameters do not fit together: defaults");
     }
-    app.set_image(fault::build(), flash::image_crc());
+    app.set_image(fault::build(), flash::image_crc(|| watchdog.feed()));
     let known = images.report();
     defmt::info!("images: {}", known);
     let mut on_trial = known.trial.is_some();
