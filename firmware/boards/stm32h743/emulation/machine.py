@@ -6,7 +6,6 @@ pins or baud rates, flash words written twice.
 
 import heapq
 import itertools
-import struct
 
 from bus import NEVER, Plain
 from card import Spi

@@ -12,7 +12,7 @@ import tty
 import zlib
 
 from card import Card
-from hostlink import (ACTIVE, DONE, DROP_WEIGHT, MISSION_START, NOT_FITTED, ON_TRIAL, PARAMETER_STORE, READY, REFUSED, STEP_DONE,
+from hostlink import (ACTIVE, DONE, DROP_WEIGHT, HEALTH_GET, MISSION_START, NOT_FITTED, ON_TRIAL, PARAMETER_STORE, READY, REFUSED, STEP_DONE,
                       UPDATE_COMMIT, UPDATE_CONFIRM, Host, messages, request, step, varint)
 from core import ENDLESS
 from machine import AXI, DTCM, DTCM_SIZE, FLASH, Machine
@@ -314,7 +314,7 @@ def update(image, _):
     machine.host.haste, machine.flash.write_ns, machine.flash.erase_ns = HASTE, 2e3, 20e6
     machine.run_for(START_S)
     host = Host(machine)
-    first, mass = host.build(), host.parameter("vehicle.mass_kg") + 0.5
+    mass = host.parameter("vehicle.mass_kg") + 0.5
     host.set("vehicle.mass_kg", mass)
     assert host.ask(PARAMETER_STORE)[0] == DONE
     assert host.images() == (None, None)
