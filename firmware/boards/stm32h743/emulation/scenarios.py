@@ -165,25 +165,6 @@ def stuck_step(image, _):
     return machines
 
 
-def overrun(image, _):
-    """Each instruction takes so many cycles, from a moment under way on: the mission goes on, or ends with neutral fins, stop,
-    a named reason and no more resets than three."""
-    machines = []
-    for cycles in (10, 30, 60, 100):
-        machine, _, host = under_way(image)
-        sent, machine.cycles = len(machine.frontseat.sent), cycles
-        machine.run_for(30)
-        line = bytes(byte for _, byte in machine.frontseat.sent[sent:])
-        mode, resets = host.mode(), len(machine.resets)
-        machine.measured[f"{cycles} cycles an instruction"] = f"{mode[0]}, {mode[1]}, resets {resets}"
-        stopped = NEUTRAL in line and b"$OMSTOP" in line
-        assert stopped == (mode[1] in ("overloaded", "resets")), f"{cycles} cycles: {mode}, {line[-200:]}"
-        assert resets <= 3, f"{cycles} cycles: {machine.resets}"
-        machine.longest_allowed_gap = math.inf  # steps are to be late here
-        machines.append(machine)
-    return machines
-
-
 def stack_overflow(image, _):
     """A full stack faults before anything is overwritten; neutral fins within a second of it."""
     machine = Machine(image)
@@ -494,4 +475,4 @@ def lock_step(image, options):
     return [machine]
 
 
-ALL = [lock_step, clock_tree, external_clock, hard_fault, clock_lost, supply_falls, stuck_step, overrun, stack_overflow, guard, parameter_store, last_resort, update, update_command, pulse_per_second, log_card, card_pulled, babbling_lines]
+ALL = [lock_step, clock_tree, external_clock, hard_fault, clock_lost, supply_falls, stuck_step, stack_overflow, guard, parameter_store, last_resort, update, update_command, pulse_per_second, log_card, card_pulled, babbling_lines]

@@ -1,5 +1,6 @@
 """What the image has to do at many moments, chosen at random: power cuts, resets under way."""
 
+import itertools
 import random
 import zlib
 from collections import Counter
@@ -8,10 +9,11 @@ from card import Card
 from hostlink import DONE, PARAMETER_STORE, UPDATE_COMMIT, UPDATE_CONFIRM, Host, messages, unstuffed
 from machine import Machine
 from moments import at, counted, in_a_copy, scattered
-from scenarios import HASTE, START_S, another, close, neutral_after, told, under_way
+from scenarios import HASTE, NEUTRAL, START_S, another, close, neutral_after, told, under_way
 
 MASS = "vehicle.mass_kg"
 LOG_S = 4.0  # from power-on until the directory of the card knows of steps in a log
+MOST_CYCLES = 100  # an instruction: a step of 1.3 million then takes 0.27 s, nearly three periods
 LOG_LOST_S = 1.2  # of a log that a power cut may cost
 
 
@@ -200,4 +202,29 @@ def reset_under_way(image, options):
     return [machine]
 
 
-ALL = [power_cuts, reset_under_way]
+def overrun(image, options):
+    """Each instruction takes so many cycles, from a moment under way on: the mission goes on, or ends with neutral fins, stop,
+    a named reason and no more resets than three."""
+    machine, _, host = under_way(image)
+
+    def trial(cycles):
+        began, machine.cycles = machine.now, cycles
+        machine.run_for(30)
+        line, (mode, reason), resets = told(machine, began), host.mode(), len(machine.resets)
+        stopped = NEUTRAL in line and b"$OMSTOP" in line
+        assert stopped == (reason in ("overloaded", "resets")), f"{mode}, {reason}, {line[-200:]}"
+        assert resets <= 3 and not machine.complaints, (machine.resets, machine.complaints)
+        return f"{mode}, {reason}, resets {resets}"
+
+    count = min(options.trials, MOST_CYCLES)
+    each = sorted({1 + round((MOST_CYCLES - 1) * number / max(1, count - 1)) for number in range(count)})
+    results = [(f"{cycles} cycles an instruction", *in_a_copy(trial, cycles)) for cycles in each]
+    verdict = counted(results).split(" (")[0]
+    for end, these in itertools.groupby(zip(each, results), lambda pair: pair[1][1]):
+        tried = [cycles for cycles, _ in these]
+        machine.measured[f"{tried[0]} to {tried[-1]} cycles an instruction ({len(tried)} tried)"] = end
+    machine.measured["overruns"] = verdict
+    return [machine]
+
+
+ALL = [power_cuts, reset_under_way, overrun]

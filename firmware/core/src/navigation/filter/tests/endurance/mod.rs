@@ -289,9 +289,9 @@ fn val_covariance_follows_the_square_root_filter_over_1e7_steps() {
     judge_nominal(&fly(Mission::new(), 10_000_000, 500_000));
 }
 
-/// Two days with a restart each hour; see docs/results/endurance.md.
+/// The same days with a restart each hour; see docs/results/endurance.md.
 #[test]
-#[ignore = "two million steps, eight minutes: .ci/nightly"]
-fn val_the_bank_follows_square_root_filters_over_2e6_steps() {
-    judge_bank(&fly(Mission::robust(), 2_000_000, 100_000));
+#[ignore = "ten million steps, forty minutes: .ci/nightly"]
+fn val_the_bank_follows_square_root_filters_over_1e7_steps() {
+    judge_bank(&fly(Mission::robust(), 10_000_000, 500_000));
 }
