@@ -9,7 +9,7 @@ const LATE_US: u64 = 3 * STEP_US;
 
 /// When the last navigation step ran, by the board's own time. No message of a host can feed it, and none can stop a
 /// step of the board's own clock.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct StepWatch {
     /// The app's time of the last step: the host's under lock-step.
     stepped_us: Option<u64>,
@@ -18,10 +18,10 @@ pub struct StepWatch {
 }
 
 impl StepWatch {
-    /// At start, board time 0: the first step is due when the pump's wait for a lock-step clock ends.
+    /// At start: the first step is due when the pump's wait for a lock-step clock ends.
     #[must_use]
-    pub const fn new() -> Self {
-        Self { stepped_us: None, ran_us: 0 }
+    pub const fn new(now_us: u64) -> Self {
+        Self { stepped_us: None, ran_us: now_us }
     }
 
     /// Looks whether a step ran since the last look; after each poll of the pump.

@@ -9,7 +9,7 @@ const TICK_US: u64 = 10_000;
 /// Pumps until the watchdog would starve; when, or `None` when it was fed for a minute and a half. Each tick the host
 /// does something.
 fn starves_us(board: &mut Pumped, mut host: impl FnMut(&mut Pumped, u64)) -> Option<u64> {
-    let mut steps = StepWatch::new();
+    let mut steps = StepWatch::new(0);
     for now_us in (0..90_000_000).step_by(TICK_US as usize) {
         host(board, now_us);
         board.run(now_us);
@@ -35,7 +35,7 @@ fn a_board_that_steps_is_fed_on_either_clock() {
 #[test]
 fn no_host_keeps_a_board_alive_that_does_not_step() {
     // Nobody polls: the navigation step does not come back.
-    let (board, steps) = (Pumped::new(), StepWatch::new());
+    let (board, steps) = (Pumped::new(), StepWatch::new(0));
     assert!(steps.is_in_time(&board.pump, START_US));
     assert!(!steps.is_in_time(&board.pump, START_US + 310_000));
     // A step whose bytes trickle in so slowly that it never runs, and requests beside them: the board takes its clock back

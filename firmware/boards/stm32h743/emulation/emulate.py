@@ -8,10 +8,11 @@ import sys
 import time
 import traceback
 
+import lines
 import scenarios
 import trials
 
-SCENARIOS = {scenario.__name__: scenario for scenario in (*scenarios.ALL, *trials.ALL)}
+SCENARIOS = {scenario.__name__: scenario for scenario in (*scenarios.ALL, *lines.ALL, *trials.ALL)}
 STACK_SHARE = 0.8  # of its room that a stack may ever take
 REPORT = """# The image on an emulated STM32H743
 
@@ -57,7 +58,7 @@ def main():
     parser.add_argument("--simulator", type=shlex.split, default=["target/release/backseat", "sim", "run"])
     parser.add_argument("--minutes", type=float, default=1, help="of the lock-step flight")
     parser.add_argument("--seed", type=int, default=1, help="of the lock-step flight, and of what is random")
-    parser.add_argument("--trials", type=int, default=8, help="power cuts; ten times the resets of a kind")
+    parser.add_argument("--trials", type=int, default=8, help="power cuts, and speeds of an overrun; ten times the resets of a kind")
     parser.add_argument("--report", type=pathlib.Path, help="Markdown file to write")
     options = parser.parse_intermixed_args()
     unknown = set(options.scenario) - set(names)

@@ -28,10 +28,12 @@ WINDOWS = ((0x40000000, 0x30000), (0x48021000, 0x1000), (0x52000000, 0xA000), (0
 
 
 class Machine(Core):
-    """`hse_from`: when the clock on HSE comes, ns. `hse_ppm`, `hsi_ppm`: by how much the oscillators are fast."""
+    """`hse_from`: when the clock on HSE comes, ns. `hse_ppm`, `hsi_ppm`: by how much the oscillators are fast. `up_us`: board
+    time at power-on, as if the board had run for that long."""
 
-    def __init__(self, image, hse_from=0.0, hse_ppm=0.0, hsi_ppm=0.0, card=None):
+    def __init__(self, image, hse_from=0.0, hse_ppm=0.0, hsi_ppm=0.0, card=None, up_us=0):
         self.hse_from, self.hse_until, self.hse_ppm, self.hsi_ppm, self.card = hse_from, NEVER, hse_ppm, hsi_ppm, card
+        self.up_us = up_us
         self.now, self.cause, self.spin_ns, self.longest_gap, self.cycles = 0.0, "power", 2000.0, 0.0, 1
         self.longest_allowed_gap = 0.3e9  # between two feeds: the watchdog resets after 0.6 s
         self.most_stack = dict.fromkeys(("interrupts", "thread"), 0)
@@ -77,7 +79,8 @@ class Machine(Core):
         self.scs, self.rcc, self.pwr = Scs(self, 0xE000E000, 0x1000), Rcc(self, 0x58024400), Pwr(self, 0x58024800)
         self.flash, self.watchdog = FlashRegisters(self, 0x52002000, 0x1000), Watchdog(self, 0x58004800)
         self.gpio = {port: Gpio(self, 0x58020000 + 0x400 * k, port) for k, port in enumerate("ABCDEFGH")}
-        self.tim2, self.tim5 = Timer(self, 0x40000000, "TIM2", 28, (0xE8, 0)), Timer(self, 0x40000C00, "TIM5", 50, (0xE8, 3))
+        self.tim2 = Timer(self, 0x40000000, "TIM2", 28, (0xE8, 0))
+        self.tim5 = Timer(self, 0x40000C00, "TIM5", 50, (0xE8, 3), self.up_us)
         self.mux = Plain(self, 0x40020800, "DMAMUX1")
         self.dmas = [Dma(self, 0x40020000, "DMA1", 0, (11, 12, 13, 14, 15, 16, 17, 47), (0xD8, 0)),
                      Dma(self, 0x40020400, "DMA2", 8, (56, 57, 58, 59, 60, 68, 69, 70), (0xD8, 1))]

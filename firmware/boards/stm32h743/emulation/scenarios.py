@@ -5,7 +5,6 @@ import math
 import os
 import pathlib
 import pty
-import random
 import subprocess
 import tempfile
 import tty
@@ -18,7 +17,7 @@ from core import ENDLESS
 from machine import AXI, DTCM, DTCM_SIZE, FLASH, Machine
 from storage import IMAGE, WORD
 from unicorn import arm_const as arm
-from vehicle import NOON_S, Vehicle, fix
+from vehicle import Vehicle
 
 NEUTRAL = b"$OMP,8080808080,00"
 START_S = 0.2  # until the image answers a host
@@ -330,27 +329,6 @@ def update(image, _):
     return [machine]
 
 
-def pulse_per_second(image, _):
-    """A crystal 50 ppm fast: UTC follows the edges, on the board's own clock."""
-    machine = Machine(image, hse_ppm=50)
-    for second in range(3, 9):
-        def edge(second=second):
-            machine.tim5.edge(3)
-            machine.frontseat.feed(fix(second), at=machine.now + 0.2e9)
-        machine.at(second * 1e9, edge)
-    machine.run_for(7.5)
-    host, timer = Host(machine), machine.tim5
-    errors = []
-    for time_us, utc_us in host.telemetry(1):
-        true_s = (timer.since + (time_us - timer.count) / timer.per_ns()) * 1e-9
-        errors.append(utc_us * 1e-6 - NOON_S - true_s)
-    assert errors and max(map(abs, errors)) < 60e-6, f"UTC is off by up to {max(map(abs, errors)):.6f} s"
-    machine.measured["UTC error with a crystal 50 ppm fast, µs"] = max(map(abs, errors)) * 1e6
-    health = host.health()
-    assert health.synchronised and health.edges == 6, health
-    return [machine]
-
-
 def log_card(image, _):
     """With a card a log is written; without one the parameters are stored in time all the same."""
     with_card = Machine(image, card=Card())
@@ -399,20 +377,6 @@ def card_pulled(image, _):
     machine.card = Card()
     machine.run_for(10)
     assert host.health().log == "failed" and not machine.card.volume.files(), "it writes to another card"
-    assert not machine.resets
-    return [machine]
-
-
-def babbling_lines(image, _):
-    """One device sends noise without a pause, another one bytes with framing errors."""
-    machine = Machine(image)
-    machine.run_for(WAIT_S)
-    noise = random.Random(1)
-    machine.dvl.feed(noise.randbytes(2 * 11520))
-    machine.ahrs.feed(noise.randbytes(2 * 11520), error=0x02)
-    close(len(Host(machine).telemetry(2)), 20, 1)
-    health = Host(machine).health()
-    assert health.losses[2] > 0, "framing errors are counted"
     assert not machine.resets
     return [machine]
 
@@ -475,4 +439,4 @@ def lock_step(image, options):
     return [machine]
 
 
-ALL = [lock_step, clock_tree, external_clock, hard_fault, clock_lost, supply_falls, stuck_step, stack_overflow, guard, parameter_store, last_resort, update, update_command, pulse_per_second, log_card, card_pulled, babbling_lines]
+ALL = [lock_step, clock_tree, external_clock, hard_fault, clock_lost, supply_falls, stuck_step, stack_overflow, guard, parameter_store, last_resort, update, update_command, log_card, card_pulled]

@@ -6,10 +6,10 @@ CR1, DIER, SR, EGR, CCMR1, CCER, CNT, PSC, ARR, CCR1 = 0x00, 0x0C, 0x10, 0x14, 0
 
 
 class Timer(Device):
-    """Counts up; compare and capture on four channels."""
+    """Counts up, from `first` on where it is set to 0; compare and capture on four channels."""
 
-    def __init__(self, machine, base, name, irq, gate):
-        self.name, self.irq, self.gate = name, irq, gate
+    def __init__(self, machine, base, name, irq, gate, first=0):
+        self.name, self.irq, self.gate, self.first = name, irq, gate, first
         super().__init__(machine, base)
 
     def reset(self):
@@ -88,10 +88,10 @@ class Timer(Device):
         elif offset == EGR:
             if value & 1:
                 self.divider = self.word(PSC) + 1
-                self.rebase(0)
+                self.rebase(self.first)
                 self.flags |= not self.field(CR1, 2)
         elif offset == CNT:
-            self.rebase(value)
+            self.rebase(value or self.first)
         else:
             if offset == CR1:
                 self.rebase()

@@ -237,7 +237,7 @@ async fn start_and_store() {
         source,
         clock,
         watchdog,
-        steps: StepWatch::new(),
+        steps: StepWatch::new(start_us),
         vitals,
         backup,
         fittings,
