@@ -59,6 +59,7 @@ fn a_tanker_is_predicted(velocities: bool) {
 }
 
 #[test]
+#[ignore = "a minute without optimisation: .ci/nightly"]
 fn val_a_tanker_of_other_equations_is_predicted() {
     a_tanker_is_predicted(true);
 }

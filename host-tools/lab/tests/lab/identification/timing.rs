@@ -46,6 +46,7 @@ fn val_hold_and_delay_are_found() {
 }
 
 #[test]
+#[ignore = "half a minute without optimisation: .ci/nightly"]
 fn val_continuous_inputs_identify_nearly_as_well_as_held_ones() {
     for between in [HELD, CONTINUOUS] {
         let (data, found) = timed(between);
