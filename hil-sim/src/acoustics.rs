@@ -4,6 +4,7 @@
 //! t₁ at which c (t₁ − t₀) = |p(t₁) − s|, p(t) the receiver's own motion.
 
 use crate::devices::LocalFrame;
+use crate::noise::{Colour, Colouring, SensorClass};
 use crate::observation::{Downlink, Observation, ObservationKind, ShipReport, ShipTwoWay, TwoWay, Uplink};
 use crate::rng::{Source, Stream};
 use crate::scenario::effects::AcousticChannel;
@@ -107,6 +108,8 @@ pub struct Acoustics {
     range_sigma_m: f64,
     range_rate_sigma_mps: f64,
     noise: Stream,
+    /// Of the ranges.
+    colouring: Option<Colouring<1>>,
     loss: Stream,
     outliers: Stream,
     flights: Vec<PacketFlight>,
@@ -118,16 +121,18 @@ impl Acoustics {
     pub fn new(scenario: &Scenario, channel: &AcousticChannel, delay_s: f64) -> Self {
         let (settings, declared) = (&scenario.settings, &scenario.vehicle.sensors);
         let speed = settings.environment.sound_speed_mps;
+        let mixture = settings.noise.mixture(SensorClass::Acoustic, Colour::ACOUSTIC, settings.seed);
         Self {
             transducer_depth_m: settings.ship.transducer_depth_m,
             delay_s,
             declared_speed_mps: speed,
             true_speed_mps: speed / (1.0 + channel.sound_speed_ratio),
             channel: *channel,
-            range_sigma_m: settings.noise.factor() * settings.acoustics.range_sigma_m.unwrap_or(declared.range_m),
+            range_sigma_m: mixture.size * settings.acoustics.range_sigma_m.unwrap_or(declared.range_m),
             range_rate_sigma_mps: settings.noise.factor()
                 * settings.acoustics.range_rate_sigma_mps.unwrap_or(declared.range_rate_mps),
             noise: Stream::new(settings.seed, Source::Acoustics),
+            colouring: mixture.colouring(settings.seed, Source::AcousticsColour),
             loss: Stream::new(settings.seed, Source::PacketLoss),
             outliers: Stream::new(settings.seed, Source::Outliers),
             flights: Vec::new(),
@@ -156,8 +161,7 @@ impl Acoustics {
             if second < first || !(second - first).is_multiple_of(u64::from(self.settings.period_s.get())) {
                 continue;
             }
-            // Drawn for every packet, lost or not, so that one loss does not change the next error.
-            let errors = self.noise.normals::<2>(1.0);
+            let errors = self.errors(time_us);
             let outlier_m = self.outlier();
             let lost = self.is_lost(seconds(time_us));
             let flight = self.flight(slot.exchange, time_us, errors, vehicle, ship, estimator);
@@ -186,8 +190,7 @@ impl Acoustics {
 
     /// How a vehicle in straight motion hears another; `None` if the packet is lost or has come too far.
     pub fn hear_vehicle(&mut self, source: &SoundSource, listener: &Sender) -> Option<HeardSound> {
-        // as in `launch`, drawn for every packet
-        let [range_error, rate_error] = self.noise.normals::<2>(1.0);
+        let [range_error, rate_error] = self.errors(source.time_us);
         let outlier_m = self.outlier();
         let is_missed = self.loss.uniform() < self.settings.loss_share;
         let SoundSource { time_us, sender, clock_s } = source;
@@ -241,8 +244,7 @@ impl Acoustics {
         ship: &ShipMotion,
         report: ShipReport,
     ) {
-        // as in `launch`, drawn for every packet
-        let errors = self.noise.normals::<2>(1.0);
+        let errors = self.errors(tol_us);
         let outlier_m = self.outlier();
         let left_s = seconds(tol_us);
         let lost = self.is_lost(left_s);
@@ -261,6 +263,14 @@ impl Acoustics {
         if let Some(flight) = flight.filter(|_| !lost) {
             self.flights.push(PacketFlight { outlier_m, ..flight });
         }
+    }
+
+    /// Standard normal errors of range and range rate. Drawn for every packet, lost or not, so that one loss does not change
+    /// the next error.
+    fn errors(&mut self, time_us: u64) -> [f64; 2] {
+        let [range, rate] = self.noise.normals(1.0);
+        let [range] = self.colouring.as_mut().map_or([range], |colouring| colouring.mix([range], 1.0, time_us));
+        [range, rate]
     }
 
     /// Whether a packet that leaves then is never heard; drawn for each.

@@ -40,6 +40,8 @@ impl Colour {
     pub const DEPTH: Self = Self { share: 0.1, tau_s: 5.0 };
     /// GNSS.
     pub const GNSS: Self = Self { share: 0.1, tau_s: 20.0 };
+    /// Ranges and directions by sound, whose paths change slowly: half of the variance.
+    pub const ACOUSTIC: Self = Self { share: 0.5, tau_s: 60.0 };
     /// Disturbing acceleration.
     pub const DISTURBANCE: Self = Self { share: 0.5, tau_s: 1.0 };
 }
@@ -82,6 +84,8 @@ pub enum SensorClass {
     Dvl,
     /// GNSS of the vehicle.
     Gnss,
+    /// Ranges and directions by sound.
+    Acoustic,
 }
 
 /// What the noise of one sensor is made up of.
@@ -105,7 +109,7 @@ impl Mixture {
             SensorClass::Rates => (0.3, [0.5, 3.0], 0.0),
             SensorClass::Depth => (0.7, [1.0, 20.0], 0.3),
             SensorClass::Dvl => (0.6, [0.5, 8.0], 0.2),
-            SensorClass::Gnss => (0.8, [10.0, 60.0], 0.0),
+            SensorClass::Gnss | SensorClass::Acoustic => (0.8, [10.0, 60.0], 0.0),
         };
         let mut random = Stream::new(seed, Source::NoiseMixture);
         // A class has its own place in the stream, so that one says nothing of another.
@@ -157,7 +161,7 @@ impl<const N: usize> Colouring<N> {
 
     /// The same of numbers with a standard deviation each.
     pub fn mix_axes(&mut self, white: [f64; N], sigma: [f64; N], time_us: u64) -> [f64; N] {
-        let dt_s = self.last_us.map_or(0.0, |last| (time_us - last) as f64 * 1e-6);
+        let dt_s = self.last_us.map_or(0.0, |last| time_us.saturating_sub(last) as f64 * 1e-6);
         self.last_us = Some(time_us);
         let share: f64 = self.parts.iter().map(|(colour, _)| colour.share).sum();
         let mut mixed = white.map(|white| (1.0 - share).max(0.0).sqrt() * white);

@@ -62,6 +62,12 @@ pub enum Source {
     Positioning = 24,
     /// Which of these are no direct path.
     PositioningOutliers = 25,
+    /// Coloured part of acoustic ranges.
+    AcousticsColour = 26,
+    /// Coloured part of fixes by USBL.
+    UsblColour = 27,
+    /// Coloured part of ranges to transponders.
+    TransponderColour = 28,
 }
 
 /// The random numbers of one source.

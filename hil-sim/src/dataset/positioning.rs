@@ -2,11 +2,10 @@
 //!
 //! Every ten seconds the vehicle sends. The ship's array hears it and measures range, bearing and elevation; four
 //! transponders answer it, and the vehicle times the round trips. Sound goes along straight lines at the true speed; what
-//! is logged is by the declared one. Errors are white, or with coloured noise half of their variance is a Gauss-Markov
-//! process. Of outliers, which come by the effect `range_outliers`, there are more the longer the path.
+//! is logged is by the declared one. Of outliers, which come by the effect `range_outliers`, there are more the longer the path.
 
 use super::{COMMAND_US, Spec};
-use crate::noise::NoiseKind;
+use crate::noise::{Colour, Colouring, SensorClass};
 use crate::rng::{Source, Stream};
 use crate::scenario::Scenario;
 use crate::scenario::effects::AcousticChannel;
@@ -17,8 +16,6 @@ const PERIOD_US: u64 = 10_000_000;
 const FIRST_US: u64 = 5_000_000;
 /// One sigma of the direction, rad: half a degree.
 const ANGLE_SIGMA_RAD: f64 = 0.0087;
-/// Share of the variance that lasts where noise is coloured, and for how long, s.
-const LASTING: (f64, f64) = (0.5, 60.0);
 /// How far outside of what is flown the transponders stand, m.
 const BESIDE_M: f64 = 80.0;
 /// Path of which the declared share are outliers, m.
@@ -45,14 +42,19 @@ pub(super) struct Positioning<'a> {
     places: Vec<Place>,
     noise: Stream,
     outliers: Stream,
-    /// The lasting parts: of range, bearing, elevation, and of the four round trips.
-    lasting: [f64; 7],
+    /// Factor on every standard deviation.
+    size: f64,
+    /// Of range, bearing and elevation.
+    usbl_colouring: Option<Colouring<3>>,
+    /// Of the ranges to each transponder.
+    transponder_colouring: Option<Colouring<4>>,
 }
 
 impl<'a> Positioning<'a> {
     /// `None`: neither is wanted.
     pub fn new(spec: &'a Spec, scenario: &Scenario, places: Vec<Place>, seed: u64) -> Option<Self> {
         let (settings, sensors) = (&scenario.settings, &scenario.vehicle.sensors);
+        let mixture = spec.noise.mixture(SensorClass::Acoustic, Colour::ACOUSTIC, seed);
         (spec.usbl || spec.lbl).then(|| Self {
             spec,
             channel: scenario.physics().channel,
@@ -63,7 +65,9 @@ impl<'a> Positioning<'a> {
             places,
             noise: Stream::new(seed, Source::Positioning),
             outliers: Stream::new(seed, Source::PositioningOutliers),
-            lasting: [0.0; 7],
+            size: mixture.size,
+            usbl_colouring: mixture.colouring(seed, Source::UsblColour),
+            transponder_colouring: mixture.colouring(seed, Source::TransponderColour),
         })
     }
 
@@ -84,9 +88,11 @@ impl<'a> Positioning<'a> {
                 rows.push(self.fix(time_us));
             }
             if self.spec.lbl {
-                rows.extend(
-                    stations_m.iter().enumerate().map(|(station, place)| self.round_trip(time_us, station, *place)),
-                );
+                let white = self.noise.normals(self.size);
+                let mix = |colouring: &mut Colouring<4>| colouring.mix(white, self.size, time_us);
+                let errors = self.transponder_colouring.as_mut().map_or(white, mix);
+                let ends = stations_m.into_iter().zip(errors).enumerate();
+                rows.extend(ends.map(|(station, (place, error))| self.round_trip(time_us, station, place, error)));
             }
         }
         rows.sort_by_key(|row| row.time_us);
@@ -123,19 +129,6 @@ impl<'a> Positioning<'a> {
         flight_s
     }
 
-    /// One standard normal error, partly the same as the last of its kind.
-    fn error(&mut self, kind: usize) -> f64 {
-        let white = self.noise.normal() * self.spec.noise.factor();
-        if !matches!(self.spec.noise, NoiseKind::Coloured | NoiseKind::Mixed) {
-            return white;
-        }
-        let (share, tau_s) = LASTING;
-        let kept = libm::exp(-(PERIOD_US as f64 * 1e-6) / tau_s);
-        let new = self.noise.normal();
-        self.lasting[kind] = kept * self.lasting[kind] + libm::sqrt(1.0 - kept * kept) * new;
-        libm::sqrt(1.0 - share) * white + libm::sqrt(share) * self.lasting[kind]
-    }
-
     fn outlier_m(&mut self, path_m: f64) -> f64 {
         let [hit, size] = core::array::from_fn(|_| self.outliers.uniform());
         let share = self.channel.outlier_share * path_m / OUTLIER_PATH_M;
@@ -156,7 +149,8 @@ impl<'a> Positioning<'a> {
         let ship_m = array(left_s + flight_s);
         let [north, east, down] = core::array::from_fn(|i| vehicle_m[i] - ship_m[i]);
         let outlier_m = self.outlier_m(self.declared_speed_mps * flight_s);
-        let errors: [f64; 3] = core::array::from_fn(|kind| self.error(kind));
+        let white = self.noise.normals(self.size);
+        let errors = self.usbl_colouring.as_mut().map_or(white, |colouring| colouring.mix(white, self.size, time_us));
         let [range_sigma_m, ship_sigma_m] = self.sigma_m;
         let (arrival_s, range_m) = (left_s + flight_s, self.declared_speed_mps * flight_s + outlier_m);
         let elevation_rad = libm::atan2(-down, libm::hypot(north, east));
@@ -174,14 +168,14 @@ impl<'a> Positioning<'a> {
     }
 
     /// What the vehicle measures of a transponder's answer to its ping.
-    fn round_trip(&mut self, time_us: u64, station: usize, declared_m: [f64; 2]) -> LogRow {
+    fn round_trip(&mut self, time_us: u64, station: usize, declared_m: [f64; 2], error: f64) -> LogRow {
         let off = if self.channel.misplaced == station + 1 { self.channel.misplaced_m } else { [0.0; 2] };
         let place_m = [declared_m[0] + off[0], declared_m[1] + off[1], self.bottom_m];
         let left_s = time_us as f64 * 1e-6;
         let out_s = self.flight_s(left_s, self.at(left_s).0, |_| place_m);
         let back_s = self.flight_s(left_s + out_s, place_m, |time_s| self.at(time_s).0);
         let path_m = 0.5 * self.declared_speed_mps * (out_s + back_s);
-        let range_m = path_m + self.outlier_m(path_m) + self.sigma_m[0] * self.error(3 + station);
+        let range_m = path_m + self.outlier_m(path_m) + self.sigma_m[0] * error;
         let arrival_s = left_s + out_s + back_s;
         let mut row = LogRow::new((arrival_s * 1e6).round() as u64);
         row.set(Column::TwoWayRange, range_m).set(Column::Station, (station + 1) as f64);

@@ -11,6 +11,7 @@ use backseat_diagnose::verdict::Verdict;
 use backseat_logs::VehicleFile;
 use backseat_logs::log::Column;
 use hil_sim::dataset::{self, Shape, Spec};
+use hil_sim::noise::NoiseKind;
 use hil_sim::scenario::Request;
 
 fn diagnose(effects: &[&str], seed: u64, change: impl FnOnce(&mut Spec)) -> Diagnosis {
@@ -49,7 +50,7 @@ fn assert_finds_in(change: impl FnOnce(&mut Spec), effect: &str, truth: &[f64], 
 
 #[test]
 fn nothing_is_found_where_nothing_is() {
-    for (seed, noise) in [(11, hil_sim::noise::NoiseKind::White), (12, hil_sim::noise::NoiseKind::Coloured)] {
+    for (seed, noise) in [(11, NoiseKind::White), (12, NoiseKind::Coloured)] {
         let d = diagnose(&[], seed, |spec| spec.noise = noise);
         assert_eq!(d.verdict, Verdict::None, "seed {seed}: {:?} {:?}", d.effects, d.structure.hints);
     }
@@ -61,8 +62,13 @@ fn nothing_is_found_where_nothing_is() {
 fn positions_by_sound() {
     let by =
         |usbl, lbl| move |spec: &mut Spec| (spec.usbl, spec.lbl, spec.ranges, spec.dvl) = (usbl, lbl, false, false);
-    let d = diagnose(&[], 131, by(true, true));
-    assert_eq!(d.verdict, Verdict::None, "{:?} {:?}", d.effects, d.structure.hints);
+    for (seed, noise) in [(131, NoiseKind::White), (134, NoiseKind::Coloured)] {
+        let d = diagnose(&[], seed, |spec| {
+            by(true, true)(spec);
+            spec.noise = noise;
+        });
+        assert_eq!(d.verdict, Verdict::None, "{noise:?}: {:?} {:?}", d.effects, d.structure.hints);
+    }
     assert_finds_in(by(true, false), "usbl_turn:rad=0.04", &[0.04], 132);
     let place = "transponder_place:transponder=3,north_m=6,east_m=-9";
     assert_finds_in(by(false, true), place, &[3.0, 6.0, -9.0], 133);
@@ -72,7 +78,7 @@ fn positions_by_sound() {
 /// it is an effect, and an effect beside it is found.
 #[test]
 fn noise_as_sensors_have_it_is_no_effect() {
-    let noisy = |spec: &mut Spec| (spec.noise, spec.duration_s) = (hil_sim::noise::NoiseKind::Mixed, 900.0);
+    let noisy = |spec: &mut Spec| (spec.noise, spec.duration_s) = (NoiseKind::Mixed, 900.0);
     for seed in [111, 112] {
         let d = diagnose(&[], seed, noisy);
         assert_eq!(d.verdict, Verdict::None, "seed {seed}: {:?} {} {:?}", d.effects, d.reason, d.structure.hints);
@@ -116,7 +122,7 @@ fn coloured_fixes_at_both_ends_are_no_lever_arm() {
     for (seed, ramps) in [(10_567, true), (10_727, true)] {
         let d = diagnose(&[], seed, |spec| {
             (spec.duration_s, spec.shape, spec.ramps) = (1800.0, Shape::Lawnmower, ramps);
-            spec.noise = hil_sim::noise::NoiseKind::Coloured;
+            spec.noise = NoiseKind::Coloured;
         });
         assert_eq!(d.verdict, Verdict::None, "seed {seed}: {:?} {}", d.effects, d.reason);
     }

@@ -273,17 +273,20 @@ class Diagnosis:
     vehicle: Vehicle
     """The declared vehicle with the effects found."""
     residuals: Dict[str, Table]
-    """Innovations by channel with its unit: ``t_s``, ``before``, ``after``, and ``sigma`` as the declared model has it."""
-    position_errors: Tuple[Table, Table]
-    """``t_s`` and ``error_m`` against fixes or truth, before and after."""
+    """Innovations by channel with its unit: ``t_s``, ``before``, ``after``, and ``sigma`` as the declared model has it;
+    none of short runs, which are predicted."""
+    position_errors: Tuple[Table, ...]
+    """``t_s`` and ``error_m`` against fixes or truth, before and after; empty of short runs."""
 
     @property
     def verdict(self) -> str:
-        """"explained", "none", "unexplained", "undecided" or "implausible"."""
+        """"explained", "ambiguous", "none", "unexplained", "undecided" or "implausible"."""
         return self.summary["verdict"]
 
     def plot(self) -> "Figure":
         """Position errors and the innovations of every channel, before and after; needs matplotlib."""
+        if not self.residuals:
+            raise ValueError("short runs have no innovations to draw: diagnose(..., report=FOLDER) draws predictions")
         errors = [table for table in self.position_errors if len(table["t_s"])]
         figure, axes = _figure(bool(errors) + len(self.residuals), 2.2 * (bool(errors) + len(self.residuals)))
         for when, table in zip(("before", "after"), self.position_errors):
@@ -459,6 +462,8 @@ def diagnose(
     ``with_``: logs of the same time base, joined to the first; runs join by their labels. ``run``: one run alone, of a
     table that holds several, counted from 1. ``report``: a folder for report.html and vehicle.toml, and for
     proposed_terms.toml if terms were proposed.
+
+    ``log`` may be a folder of short runs of a torpedo without fixes; ``truth``, ``dvl`` and the figures need fixes.
     """
     if report is not None:
         Path(report).mkdir(parents=True, exist_ok=True)
@@ -470,11 +475,12 @@ def diagnose(
     summary = json.loads(text)
     if report is not None:
         _write(Path(report) / "report.html", page, force)
-        if summary["effects"]:
+        if summary["effects"] or "coefficients" in summary:
             found.write(Path(report) / "vehicle.toml", force=force)
     tables = {name: _table(columns) for name, columns in figures}
-    errors = tuple(tables.pop(f"position error {when} [m]") for when in ("before", "after"))
-    return Diagnosis(sentence, summary, found, tables, errors)  # type: ignore[arg-type]
+    names = [f"position error {when} [m]" for when in ("before", "after")]
+    errors = tuple(tables.pop(name) for name in names if name in tables)
+    return Diagnosis(sentence, summary, found, tables, errors)
 
 
 def simulate(

@@ -5,7 +5,8 @@ use crate::error;
 use crate::interruptible;
 use crate::log::Log;
 use crate::vehicle::Vehicle;
-use backseat_analysis::diagnose::{DiagnosisResult, Files, TERMS_FILE, compute, gather, report, sentence};
+use anyhow::anyhow;
+use backseat_analysis::diagnose::{DiagnosisResult, Files, TERMS_FILE, compute, gather, report, sentence, torpedo};
 use backseat_analysis::effect::terms::Terms;
 use backseat_diagnose::figures;
 use backseat_diagnose::samples::ResidualChannel;
@@ -34,9 +35,22 @@ pub fn diagnose<'py>(
 ) -> PyResult<Found<'py>> {
     let mut read = log.read.clone();
     gather(&mut read.log, beside.iter().map(|other| other.read.log.clone()), run).map_err(error)?;
+    let vehicle = vehicle.map(|vehicle| &vehicle.file);
+    if torpedo::is_for(&read.log) {
+        if truth.is_some() || no_dvl {
+            return Err(error(anyhow!("truth= and dvl=False need a log with fixes: these are short runs without")));
+        }
+        let work = || {
+            let result = torpedo::compute(&read, vehicle)?;
+            let report = torpedo::report(&result, &read.log, None)?;
+            Ok((result.diagnosis, report.to_json(), folder.is_some().then(|| report.html())))
+        };
+        let (found, json, page) = interruptible::run(py, work)?;
+        return Ok((json, torpedo::answer(&found), Vehicle { file: found.vehicle }, page, Vec::new()));
+    }
     let work = || -> anyhow::Result<_> {
         let truth = truth.map(|path| Truth::read(&path)).transpose()?;
-        let result = compute(&read, vehicle.map(|vehicle| &vehicle.file), truth.as_ref(), no_dvl)?;
+        let result = compute(&read, vehicle, truth.as_ref(), no_dvl)?;
         let terms = Terms::of(&result.diagnosis.proposed, &result.diagnosis.effects);
         if let Some(folder) = folder.as_ref().filter(|_| !terms.is_empty()) {
             let existing = if force { Existing::Replace } else { Existing::Keep };

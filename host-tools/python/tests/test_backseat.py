@@ -123,6 +123,22 @@ class SameNumbers(unittest.TestCase):
             with self.assertRaisesRegex(ValueError, "there is no run 3"):
                 backseat.diagnose(runs, run=3)
 
+    def test_diagnose_a_folder_of_short_runs(self):
+        with tempfile.TemporaryDirectory() as folder:
+            runs, report = Path(folder) / "runs", Path(folder) / "report"
+            command("sim", "short-runs", "--effect", "random", "--seed", 2, "--flown", 3, "--out", runs, "--json")
+            ours = backseat.diagnose(runs, report=report)
+            theirs = command("diagnose", runs, "--out", Path(folder) / "theirs.toml", "--json")
+            self.same(ours.summary, theirs)
+            written = [backseat.Vehicle.read(file) for file in (report / "vehicle.toml", Path(folder) / "theirs.toml")]
+            self.assertEqual(written[0].parameters, written[1].parameters)
+            self.assertIn(ours.sentence[:40], (report / "report.html").read_text(encoding="utf-8"))
+            self.assertEqual((ours.residuals, ours.position_errors), ({}, ()))
+            with self.assertRaisesRegex(ValueError, "need a log with fixes"):
+                backseat.diagnose(runs, dvl=False)
+            with self.assertRaisesRegex(ValueError, "no innovations"):
+                ours.plot()
+
     def test_diagnose(self):
         with tempfile.TemporaryDirectory() as folder:
             ours = backseat.diagnose(IVER, report=folder)

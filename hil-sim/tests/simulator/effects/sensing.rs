@@ -132,6 +132,26 @@ fn val_outliers_are_as_many_as_asked_for_and_far_off() {
     close(late, 0.75, 0.12); // 240 of them: sigma 2.8 %; four of them
 }
 
+/// Half of the variance of a range's error lasts for a minute: of 1200 ranges a second apart ten independent ones.
+#[test]
+fn val_errors_of_ranges_last() {
+    let scenario = |range_sigma_m, noise| {
+        let mut often = quiet();
+        (often.settings.acoustics.first_s, often.settings.acoustics.period_s) = (2, 1.try_into().unwrap());
+        (often.settings.acoustics.range_sigma_m, often.settings.noise) = (Some(range_sigma_m), noise);
+        often
+    };
+    let ranges = |sigma_m, noise| flown(&scenario(sigma_m, noise), cruise([0.0; 4]), 1200).ranges();
+    let exact = ranges(0.0, NoiseKind::White);
+    let [white, coloured] = [NoiseKind::White, NoiseKind::Coloured].map(|noise| {
+        let errors: Vec<f64> = exact.iter().zip(ranges(1.0, noise)).map(|(exact, range)| range.1 - exact.1).collect();
+        let product = |lag: usize| errors.iter().zip(&errors[lag..]).map(|(a, b)| a * b).sum::<f64>();
+        product(1) / product(0)
+    });
+    close(white, 0.0, 0.12); // four sigmas
+    close(coloured, 0.5, 0.3); // the part that lasts is known to 45 %, the share of it to 0.15; two sigmas
+}
+
 #[test]
 fn coloured_noise_changes_the_noise_and_nothing_else() {
     let scenario = |noise| {

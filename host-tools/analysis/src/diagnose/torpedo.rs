@@ -134,7 +134,8 @@ pub fn report(result: &RunsResult, log: &Log, vehicle_file: Option<&Path>) -> an
 }
 
 /// The verdict, what was found, and what the textbook and the model found miss on runs that the fit had not.
-fn answer(d: &TorpedoDiagnosis) -> String {
+#[must_use]
+pub fn answer(d: &TorpedoDiagnosis) -> String {
     let names: Vec<&str> = d.found.iter().map(|found| found.entry.name).collect();
     let found = match verdict(d) {
         "none" => "None. The textbook's model with its coefficients fitted is all that these runs show.".to_owned(),
