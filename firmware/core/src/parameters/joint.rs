@@ -110,7 +110,6 @@ const RULES: [Rule; 10] = [
 
 /// Numbers that are each in range but do not go together.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Inconsistent {
     rule: u8,
 }
