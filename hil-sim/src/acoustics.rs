@@ -114,7 +114,6 @@ pub struct Acoustics {
 
 impl Acoustics {
     /// The channel of a scenario.
-    #[must_use]
     pub fn new(scenario: &Scenario, channel: &AcousticChannel, delay_s: f64) -> Self {
         let (settings, declared) = (&scenario.settings, &scenario.vehicle.sensors);
         let speed = settings.environment.sound_speed_mps;
@@ -136,13 +135,11 @@ impl Acoustics {
     }
 
     /// Whether anything is on its way.
-    #[must_use]
     pub fn busy(&self) -> bool {
         !self.flights.is_empty()
     }
 
     /// Whether packets leave at this instant at all: they leave on whole seconds.
-    #[must_use]
     pub fn may_launch(&self, time_us: u64) -> bool {
         time_us.is_multiple_of(1_000_000)
     }
@@ -173,13 +170,11 @@ impl Acoustics {
     }
 
     /// How long sound takes between ship and vehicle, s.
-    #[must_use]
     pub fn flight_s(&self, time_us: u64, vehicle_m: [f64; 3], ship: &ShipMotion) -> f64 {
         distance(vehicle_m, self.transducer(ship, seconds(time_us))) / self.true_speed_mps
     }
 
     /// The vehicle as it sends at this time, for those that hear it.
-    #[must_use]
     pub fn source(&self, time_us: u64, sender: Sender) -> SoundSource {
         SoundSource { time_us, sender, clock_s: self.clock_s(seconds(time_us)) }
     }
@@ -216,7 +211,6 @@ impl Acoustics {
     }
 
     /// An uplink's frame, in which the place may be misstated.
-    #[must_use]
     pub fn misstated(&self, frame: &[u8], local: LocalFrame) -> Vec<u8> {
         let scenario::Acoustics { misstated_m: [north_m, east_m], key, .. } = self.settings;
         let mut stated = frame.to_vec();

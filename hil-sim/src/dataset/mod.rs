@@ -62,7 +62,6 @@ pub struct Spec {
 
 impl Spec {
     /// Half an hour of lines with every usual sensor and nothing undeclared.
-    #[must_use]
     pub fn new(vehicle: VehicleFile) -> Self {
         Self {
             vehicle,

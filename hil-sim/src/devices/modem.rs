@@ -56,7 +56,6 @@ pub struct Modem {
 
 impl Modem {
     /// On a line of `baud`, after power-up.
-    #[must_use]
     pub fn new(baud: u32, frame: LocalFrame, start_unix_s: u32, settings: &Settings, faults: PacketFaults) -> Self {
         let acoustics = settings.acoustics.clone();
         let mut cycles = (0_u64..).flat_map(move |cycle| {
@@ -85,7 +84,6 @@ impl Modem {
     }
 
     /// When the modem next speaks by itself, µs.
-    #[must_use]
     pub fn next_us(&self) -> Option<u64> {
         self.agenda.next_us().into_iter().chain(self.next_cycle_us).min()
     }

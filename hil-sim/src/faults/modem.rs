@@ -31,7 +31,6 @@ pub struct PacketFaults {
 
 impl PacketFaults {
     /// Those of a scenario in which everybody declares this sound speed.
-    #[must_use]
     pub fn new(faults: &[Fault], seed: u64, declared_speed_mps: f64) -> Self {
         let pick = |kind: &FaultKind| if let FaultKind::Packet(fault) = kind { Some(*fault) } else { None };
         Self { faults: active(faults, seed, pick), declared_speed_mps }
@@ -68,7 +67,6 @@ impl PacketFaults {
     }
 
     /// How a packet that begins to arrive at `time_us` comes out of the modem.
-    #[must_use]
     pub fn delivery(&self, time_us: u64) -> Delivery {
         let mut delivery = Delivery::default();
         for Active { what, fault, .. } in &self.faults {

@@ -131,7 +131,6 @@ pub struct ShipEnd {
 
 impl ShipEnd {
     /// All powered up at time zero, with this program.
-    #[must_use]
     pub fn new(scenario: &Scenario, program: Box<dyn Program>) -> Self {
         let settings = &scenario.settings;
         let environment = &settings.environment;
@@ -160,19 +159,16 @@ impl ShipEnd {
     }
 
     /// The program.
-    #[must_use]
     pub fn program(&self) -> &dyn Program {
         &*self.program
     }
 
     /// Packets that the ship's modem did not hear because another one was under way.
-    #[must_use]
     pub fn missed(&self) -> u32 {
         self.modem.missed()
     }
 
     /// When something next happens here by itself, µs, once the program has [answered](Self::settle).
-    #[must_use]
     pub fn next_us(&self) -> u64 {
         let lines = [&self.receiver.transmitter, &self.modem.transmitter, &self.from_program];
         let lines = lines.into_iter().filter_map(Uart::next_us);

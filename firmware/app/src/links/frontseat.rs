@@ -217,8 +217,7 @@ fn push_fix(
     }
     clock.label(time_us, utc.unix_us(), micros(settings.installation.gnss_delay_s));
     let Some([lat_deg, lon_deg]) = rmc.position_deg else { return };
-    let own_us =
-        clock.local_us(utc.unix_us()).filter(|&us| clock.fine && us <= time_us && time_us - us <= FIX_AGE_US);
+    let own_us = clock.local_us(utc.unix_us()).filter(|&us| clock.fine && us <= time_us && time_us - us <= FIX_AGE_US);
     let position_m = LocalFrame::new(settings.origin_lat_deg, settings.origin_lon_deg).to_local(lat_deg, lon_deg);
     sink(own_us.map_or(Stamp::Arrival(time_us), Stamp::Own), SensorSample::Fix { position_m });
 }
