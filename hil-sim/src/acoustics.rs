@@ -4,7 +4,7 @@
 //! t₁ at which c (t₁ − t₀) = |p(t₁) − s|, p(t) the receiver's own motion.
 
 use crate::devices::LocalFrame;
-use crate::observation::{Downlink, Observation, ObservationKind, ShipReport, ShipTwoWay, TwoWay, Uplink};
+use crate::observation::{Observation, ObservationKind, OneWay, ShipReport, ShipTwoWay, TwoWay};
 use crate::rng::{Source, Stream};
 use crate::scenario::effects::AcousticChannel;
 use crate::scenario::{self, Exchange, Scenario};
@@ -396,26 +396,21 @@ impl Acoustics {
         let range_error_m = self.range_sigma_m * flight.errors[0] + flight.outlier_m + bending_m;
         let range_rate_error_mps = self.range_rate_sigma_mps * flight.errors[1];
         // A one-way time is read off the receiver's clock, in units of the declared sound speed.
-        let one_way = |tol_us: u64| {
+        let one_way = |tol_us: u64, range_rate_mps: f64, ship: ShipReport| {
             let clock_s = self.clock_s(arrival_s);
             let range_m =
                 self.declared_speed_mps * (arrival_s - seconds(tol_us) + clock_s + self.delay_s) + range_error_m;
             let toa_us = tol_us.saturating_add_signed((range_m / self.declared_speed_mps * 1.0e6).round() as i64);
-            (range_m, toa_us)
+            OneWay { tol_us, toa_us, end_us, range_m, range_rate_mps: range_rate_mps + range_rate_error_mps, ship }
         };
         Some(match flight.kind {
             FlightKind::Downlink { tol_us, ship_velocity_mps: [north, east], report } => {
-                let (range_m, toa_us) = one_way(tol_us);
                 let offset = difference(passage.position(arrival_s), flight.from_m);
-                let range_rate_mps =
-                    opening(offset, difference(passage.velocity_mps, [north, east, 0.0])) + range_rate_error_mps;
-                ObservationKind::Downlink(Downlink { tol_us, toa_us, end_us, range_m, range_rate_mps, ship: report })
+                let range_rate_mps = opening(offset, difference(passage.velocity_mps, [north, east, 0.0]));
+                ObservationKind::Downlink(one_way(tol_us, range_rate_mps, report))
             }
             FlightKind::Uplink { tol_us, range_rate_mps, .. } => {
-                let (range_m, toa_us) = one_way(tol_us);
-                let range_rate_mps = range_rate_mps + range_rate_error_mps;
-                let ship = estimator.report(arrival_s)?;
-                ObservationKind::Uplink(Uplink { tol_us, toa_us, end_us, range_m, range_rate_mps, ship })
+                ObservationKind::Uplink(one_way(tol_us, range_rate_mps, estimator.report(arrival_s)?))
             }
             FlightKind::ShipPing { tol_us } => {
                 let turnaround_s = self.settings.turnaround_s;

@@ -1,7 +1,7 @@
 //! Faults of acoustic packets.
 
 use super::{Active, Fault, FaultKind, PacketFault, active};
-use crate::observation::{Downlink, Observation, ObservationKind};
+use crate::observation::{Observation, ObservationKind, OneWay};
 
 /// How a packet comes out of the modem.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -89,14 +89,14 @@ impl PacketFaults {
 }
 
 /// The ship's place as it reports it.
-fn shift(packet: &mut Downlink, offset_m: [f64; 2]) {
+fn shift(packet: &mut OneWay, offset_m: [f64; 2]) {
     for (place, offset) in packet.ship.position_m.iter_mut().zip(offset_m) {
         *place += offset;
     }
 }
 
 /// Time of arrival and range as a clock that is ahead measures them.
-fn lengthen(packet: &mut Downlink, by_s: f64, speed_mps: f64) {
+fn lengthen(packet: &mut OneWay, by_s: f64, speed_mps: f64) {
     packet.toa_us = packet.toa_us.saturating_add_signed((by_s * 1e6).round() as i64);
     packet.range_m += by_s * speed_mps;
 }
