@@ -77,7 +77,7 @@ impl Reader {
     pub fn damage(&self) -> Damage {
         match &self.source {
             Recorded::Session(session) => session.damage,
-            Recorded::BoardLog(log) => log.damage(),
+            Recorded::BoardLog(log) => log.damage,
         }
     }
 }

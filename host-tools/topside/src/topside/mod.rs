@@ -12,7 +12,6 @@ use crate::gnss::{Fix, GnssLink};
 use crate::hold::Hold;
 use crate::modem::{ClockHealth, ModemLink, Report};
 use crate::ship::{FixOutcome, ShipEstimate, ShipFilter};
-use crate::slots::SlotTable;
 use crate::track::Track;
 use backseat_app::{LocalFrame, Ring, UtcClock};
 use backseat_wire::modem::ReceptionStatistics;
@@ -204,11 +203,6 @@ impl Topside {
     /// What it was given.
     pub fn config(&self) -> &Config {
         &self.config
-    }
-
-    /// The cycle.
-    pub fn slots(&self) -> &SlotTable {
-        &self.config.slots
     }
 
     /// UTC at a time, µs since 1970; `None` while unknown.
