@@ -5,7 +5,7 @@
 
 use crate::devices::LocalFrame;
 use crate::noise::{Colour, Colouring, SensorClass};
-use crate::observation::{Downlink, Observation, ObservationKind, ShipReport, ShipTwoWay, TwoWay, Uplink};
+use crate::observation::{Observation, ObservationKind, OneWay, ShipReport, ShipTwoWay, TwoWay};
 use crate::rng::{Source, Stream};
 use crate::scenario::effects::AcousticChannel;
 use crate::scenario::{self, Exchange, Scenario};
@@ -117,7 +117,6 @@ pub struct Acoustics {
 
 impl Acoustics {
     /// The channel of a scenario.
-    #[must_use]
     pub fn new(scenario: &Scenario, channel: &AcousticChannel, delay_s: f64) -> Self {
         let (settings, declared) = (&scenario.settings, &scenario.vehicle.sensors);
         let speed = settings.environment.sound_speed_mps;
@@ -141,13 +140,11 @@ impl Acoustics {
     }
 
     /// Whether anything is on its way.
-    #[must_use]
     pub fn busy(&self) -> bool {
         !self.flights.is_empty()
     }
 
     /// Whether packets leave at this instant at all: they leave on whole seconds.
-    #[must_use]
     pub fn may_launch(&self, time_us: u64) -> bool {
         time_us.is_multiple_of(1_000_000)
     }
@@ -177,13 +174,11 @@ impl Acoustics {
     }
 
     /// How long sound takes between ship and vehicle, s.
-    #[must_use]
     pub fn flight_s(&self, time_us: u64, vehicle_m: [f64; 3], ship: &ShipMotion) -> f64 {
         distance(vehicle_m, self.transducer(ship, seconds(time_us))) / self.true_speed_mps
     }
 
     /// The vehicle as it sends at this time, for those that hear it.
-    #[must_use]
     pub fn source(&self, time_us: u64, sender: Sender) -> SoundSource {
         SoundSource { time_us, sender, clock_s: self.clock_s(seconds(time_us)) }
     }
@@ -219,7 +214,6 @@ impl Acoustics {
     }
 
     /// An uplink's frame, in which the place may be misstated.
-    #[must_use]
     pub fn misstated(&self, frame: &[u8], local: LocalFrame) -> Vec<u8> {
         let scenario::Acoustics { misstated_m: [north_m, east_m], key, .. } = self.settings;
         let mut stated = frame.to_vec();
@@ -412,26 +406,21 @@ impl Acoustics {
         let range_error_m = self.range_sigma_m * flight.errors[0] + flight.outlier_m + bending_m;
         let range_rate_error_mps = self.range_rate_sigma_mps * flight.errors[1];
         // A one-way time is read off the receiver's clock, in units of the declared sound speed.
-        let one_way = |tol_us: u64| {
+        let one_way = |tol_us: u64, range_rate_mps: f64, ship: ShipReport| {
             let clock_s = self.clock_s(arrival_s);
             let range_m =
                 self.declared_speed_mps * (arrival_s - seconds(tol_us) + clock_s + self.delay_s) + range_error_m;
             let toa_us = tol_us.saturating_add_signed((range_m / self.declared_speed_mps * 1.0e6).round() as i64);
-            (range_m, toa_us)
+            OneWay { tol_us, toa_us, end_us, range_m, range_rate_mps: range_rate_mps + range_rate_error_mps, ship }
         };
         Some(match flight.kind {
             FlightKind::Downlink { tol_us, ship_velocity_mps: [north, east], report } => {
-                let (range_m, toa_us) = one_way(tol_us);
                 let offset = difference(passage.position(arrival_s), flight.from_m);
-                let range_rate_mps =
-                    opening(offset, difference(passage.velocity_mps, [north, east, 0.0])) + range_rate_error_mps;
-                ObservationKind::Downlink(Downlink { tol_us, toa_us, end_us, range_m, range_rate_mps, ship: report })
+                let range_rate_mps = opening(offset, difference(passage.velocity_mps, [north, east, 0.0]));
+                ObservationKind::Downlink(one_way(tol_us, range_rate_mps, report))
             }
             FlightKind::Uplink { tol_us, range_rate_mps, .. } => {
-                let (range_m, toa_us) = one_way(tol_us);
-                let range_rate_mps = range_rate_mps + range_rate_error_mps;
-                let ship = estimator.report(arrival_s)?;
-                ObservationKind::Uplink(Uplink { tol_us, toa_us, end_us, range_m, range_rate_mps, ship })
+                ObservationKind::Uplink(one_way(tol_us, range_rate_mps, estimator.report(arrival_s)?))
             }
             FlightKind::ShipPing { tol_us } => {
                 let turnaround_s = self.settings.turnaround_s;

@@ -33,7 +33,6 @@ const PERIODS: [f64; 3] = [0.93, 1.0, 1.08];
 
 impl Sea {
     /// Currents add up; the waves come from anywhere.
-    #[must_use]
     pub fn new(currents: &[Current], waves: Option<&Waves>, seed: u64) -> Self {
         const GRAVITY: f64 = 9.81;
         let mut random = Stream::new(seed, Source::Waves);
@@ -57,7 +56,6 @@ impl Sea {
     }
 
     /// The water around a place at a time since the start, s.
-    #[must_use]
     pub fn at(&self, time_s: f64, position_m: [f64; 3]) -> Water {
         let mut water = Water::default();
         for current in &self.currents {

@@ -125,7 +125,6 @@ impl Mixture {
     }
 
     /// The processes behind its correlated parts; `None` where all of it is white.
-    #[must_use]
     pub fn colouring<const N: usize>(&self, seed: u64, source: Source) -> Option<Colouring<N>> {
         (!self.colours.is_empty()).then(|| Colouring::several(&self.colours, seed, source))
     }
@@ -141,7 +140,6 @@ pub struct Colouring<const N: usize> {
 
 impl<const N: usize> Colouring<N> {
     /// A stationary process of its own random numbers.
-    #[must_use]
     pub fn new(colour: Colour, seed: u64, source: Source) -> Self {
         Self::several(&[colour], seed, source)
     }

@@ -3,6 +3,8 @@
 //! An observation is a measurement in SI units before any device has encoded it. Device emulators
 //! turn it into bytes, with their own delays, resolutions and sign conventions.
 
+use backseat_logs::{Column, LogRow};
+
 /// One measurement and the instant it was taken.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Observation {
@@ -47,13 +49,34 @@ pub enum ObservationKind {
         position_m: [f64; 2],
     },
     /// A ship's packet begins to arrive at the vehicle.
-    Downlink(Downlink),
+    Downlink(OneWay),
     /// A vehicle's packet begins to arrive at the ship.
-    Uplink(Uplink),
+    Uplink(OneWay),
     /// The ship's answer to the vehicle's ping begins to arrive at the vehicle.
     TwoWay(TwoWay),
     /// The ship's ping reaches the vehicle, whose answer is under way.
     ShipTwoWay(ShipTwoWay),
+}
+
+impl ObservationKind {
+    /// Puts a measurement of a sensor or a downlink into its columns of a row of the vehicle log; `false` if it is none, or
+    /// there is nothing to put.
+    pub(crate) fn log<'a>(&self, row: impl FnOnce() -> &'a mut LogRow) -> bool {
+        match self {
+            Self::Depth { depth_m } => row().set(Column::Depth, *depth_m),
+            Self::Ahrs { euler_rad, rates_radps } => {
+                row().set_all(Column::Roll, euler_rad).set_all(Column::P, rates_radps)
+            }
+            Self::Dvl { velocity_mps: Some(velocity_mps), .. } => row().set_all(Column::DvlU, velocity_mps),
+            Self::VehicleGnss { fix: Some(fix) } => row().set_all(Column::GpsX, &fix.position_m),
+            Self::ShipGnss { position_m } => row().set_all(Column::ShipGpsX, position_m),
+            Self::Downlink(packet) => {
+                packet.log(row().set(Column::Range, packet.range_m).set(Column::RangeRate, packet.range_rate_mps))
+            }
+            _ => return false,
+        };
+        true
+    }
 }
 
 /// A position fix of the vehicle.
@@ -88,10 +111,10 @@ impl ShipReport {
         Self { position_m: [0.0; 2], velocity_mps: [0.0; 2], position_sigma_m: 0.0, velocity_sigma_mps: 0.0 };
 }
 
-/// Ship to vehicle, one way.
+/// From one modem to the other, one way.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Downlink {
-    /// Time of launch, µs since the start of the scenario; a whole second.
+pub struct OneWay {
+    /// Time of launch, µs since the start of the scenario; of a downlink a whole second.
     pub tol_us: u64,
     /// Time of arrival as the receiver's clock and detector measure it (with noise and clock error),
     /// µs; `range_m` is (`toa_us` − `tol_us`) times the declared sound speed, to rounding.
@@ -102,25 +125,17 @@ pub struct Downlink {
     pub range_m: f64,
     /// Measured range rate, m/s, positive opening.
     pub range_rate_mps: f64,
-    /// The payload.
+    /// Of a downlink the payload, of an uplink the ship's estimate of itself at the arrival.
     pub ship: ShipReport,
 }
 
-/// Vehicle to ship, one way; known on the ship.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Uplink {
-    /// Time of launch, µs.
-    pub tol_us: u64,
-    /// Measured time of arrival, µs.
-    pub toa_us: u64,
-    /// True time at which the packet's last byte has arrived, µs.
-    pub end_us: u64,
-    /// Measured range, m.
-    pub range_m: f64,
-    /// Measured range rate, m/s, positive opening.
-    pub range_rate_mps: f64,
-    /// The ship's estimate of itself at the arrival.
-    pub ship: ShipReport,
+impl OneWay {
+    /// Puts its times and its ship into a row of the vehicle log.
+    pub(crate) fn log<'a>(&self, row: &'a mut LogRow) -> &'a mut LogRow {
+        row.set(Column::Tol, self.tol_us as f64 * 1e-6)
+            .set(Column::Toa, self.toa_us as f64 * 1e-6)
+            .set_all(Column::ShipX, &self.ship.position_m)
+    }
 }
 
 /// Vehicle to ship and back; needs no common clock.

@@ -76,7 +76,6 @@ pub struct Stream(ChaCha8Rng);
 
 impl Stream {
     /// The stream of `source` under `seed`.
-    #[must_use]
     pub fn new(seed: u64, source: Source) -> Self {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         rng.set_stream(source as u64);

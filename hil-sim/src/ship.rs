@@ -28,7 +28,6 @@ pub struct ShipMotion {
 
 impl ShipMotion {
     /// The ship of a scenario.
-    #[must_use]
     pub fn new(settings: &Ship, seed: u64) -> Self {
         let mut random = Stream::new(seed, Source::Ship);
         let phases_rad = core::array::from_fn(|_| core::array::from_fn(|_| TAU * random.uniform()));
@@ -36,7 +35,6 @@ impl ShipMotion {
     }
 
     /// The true state at a time since the start, s.
-    #[must_use]
     pub fn at(&self, time_s: f64) -> ShipTruth {
         let s = &self.settings;
         let turned_rad = if s.track == ShipTrack::Circle { s.speed_mps * time_s / s.radius_m } else { 0.0 };
@@ -99,7 +97,6 @@ struct Estimate {
 
 impl ShipEstimator {
     /// Knows nothing until the first fix.
-    #[must_use]
     pub fn new(settings: &Ship, fix_sigma_m: f64) -> Self {
         let density = settings.estimator_mps2_per_sqrt_hz;
         Self { density: density * density, fix_variance: fix_sigma_m * fix_sigma_m, time_s: 0.0, estimate: None }
@@ -132,7 +129,6 @@ impl ShipEstimator {
     }
 
     /// The ship's own estimate at a time; none before its first fix.
-    #[must_use]
     pub fn report(&self, time_s: f64) -> Option<ShipReport> {
         self.predicted(time_s).map(|e| ShipReport {
             position_m: e.position_m,

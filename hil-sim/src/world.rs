@@ -34,7 +34,6 @@ pub struct World {
 
 impl World {
     /// The world of a scenario at time zero.
-    #[must_use]
     pub fn new(scenario: &Scenario) -> Self {
         let settings = &scenario.settings;
         let ship_sigma = settings.sensors.ship_gnss.sigma_m.unwrap_or(scenario.vehicle.sensors.ship_gnss_m);
@@ -61,7 +60,6 @@ impl World {
     }
 
     /// µs since the start of the scenario.
-    #[must_use]
     pub fn time_us(&self) -> u64 {
         self.time_us
     }
@@ -105,13 +103,11 @@ impl World {
     }
 
     /// How long sound takes between ship and vehicle now, µs.
-    #[must_use]
     pub fn flight_us(&self) -> u64 {
         (1.0e6 * self.acoustics.flight_s(self.time_us, self.transducer_m(), &self.ship)) as u64
     }
 
     /// This vehicle as another hears it that sends now.
-    #[must_use]
     pub fn source(&self) -> SoundSource {
         self.acoustics.source(self.time_us, self.sender())
     }
@@ -123,7 +119,6 @@ impl World {
     }
 
     /// An uplink's frame with the place that the vehicle states, which may not be the one that its board does.
-    #[must_use]
     pub fn misstated(&self, frame: &[u8], local: LocalFrame) -> Vec<u8> {
         self.acoustics.misstated(frame, local)
     }
@@ -180,7 +175,6 @@ impl World {
     }
 
     /// The true state of the vehicle now.
-    #[must_use]
     pub fn truth(&self) -> VehicleTruth {
         let state = self.vehicle.state();
         let ([x, y, z], [phi, theta, psi]) = (state.position_m(), state.euler_rad());
@@ -198,7 +192,6 @@ impl World {
     }
 
     /// The true state of the ship now.
-    #[must_use]
     pub fn ship(&self) -> ShipTruth {
         self.ship.at(seconds(self.time_us))
     }

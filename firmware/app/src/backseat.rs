@@ -178,7 +178,7 @@ impl Backseat {
         let since_last_us = self.state.last_step_us.map_or(0, |last_us| now_us - last_us);
         self.drivers.news |= self.state.late.note(since_last_us);
         self.state.last_step_us = Some(now_us);
-        let rests = self.modes.rests();
+        let rests = self.modes.rests;
         if !self.state.configured && !rests {
             // the active set was checked when it was committed; the defaults are valid
             self.state.configured = configure(self.parameters.active(), &mut self.estimator, &mut self.steering);
@@ -203,10 +203,10 @@ impl Backseat {
     fn navigate(&mut self, now_us: u64, rests: bool) -> bool {
         let Self { parameters, links, inputs, estimator, steering, .. } = self;
         let settings = parameters.active();
-        if let Some((time_us, input)) = steering.hear_echo(links.frontseat.echo(), &settings.app) {
+        if let Some((time_us, input)) = steering.hear_echo(links.frontseat.status.echo, &settings.app) {
             inputs.command(time_us, &input);
         }
-        estimator.declare(&settings.app, links.frontseat.hdop());
+        estimator.declare(&settings.app, links.frontseat.status.hdop);
         let failed = !rests && estimator.step(now_us, inputs, settings, &self.clock).is_err();
         // Before it is initialised the filter holds an old state, or none.
         if estimator.navigator().is_initialised() {
@@ -228,9 +228,9 @@ impl Backseat {
             self.steering.hand_back(now_us, settings, orders);
         }
         self.apply_abort(now_us, orders);
-        if self.modes.ready() && self.steering.is_armed() {
+        if self.modes.ready() && self.steering.armed {
             match self.safety.may_start(&self.observed()) {
-                Ok(()) => self.steering.begin(self.estimator.output()),
+                Ok(()) => self.steering.begin(&self.estimator.output),
                 Err(reason) => {
                     self.steering.disarm();
                     self.modes.ended_by(reason);
@@ -262,7 +262,7 @@ impl Backseat {
 
     fn facts(&self, now_us: u64, failed: bool) -> ModeFacts {
         let navigator = self.estimator.navigator();
-        let samples = self.inputs.latest();
+        let samples = &self.inputs.latest;
         let frontseat = &self.links.frontseat;
         let age = |time_us: Option<u64>| time_us.map(|us| now_us.saturating_sub(us));
         // a sample is fused when the horizon reaches it
@@ -273,11 +273,11 @@ impl Backseat {
             initialised,
             attitude_age_us: sample_age(samples.euler_rad.map(|(us, _)| us)),
             depth_age_us: sample_age(samples.depth_m.map(|(us, _)| us)),
-            frontseat_age_us: age(frontseat.last_us()),
-            refused_us: age(frontseat.refused_since_us().or(self.steering.disobeyed_since_us())),
+            frontseat_age_us: age(frontseat.status.last_us),
+            refused_us: age(frontseat.status.refused_since_us.or(self.steering.disobeyed_since_us)),
             position_sigma_m: if initialised { self.estimator.stated_sigma_m() } else { f64::INFINITY },
             level_m: self.estimator.level().map_or([f64::INFINITY; 2], |level| [level.horizontal_m, level.vertical_m]),
-            resumed: self.unconfigured || self.estimator.resumed().is_some(),
+            resumed: self.unconfigured || self.estimator.resumed.is_some(),
             suspect: self.estimator.is_suspect(),
             unsteerable_us: age(self.estimator.unsteerable_since_us()),
             overloaded: self.state.late.is_overloaded(),
@@ -289,9 +289,9 @@ impl Backseat {
     fn steer(&mut self, now_us: u64, orders: &mut Orders) {
         let situation = Situation {
             now_us,
-            x: self.estimator.output(),
+            x: &self.estimator.output,
             current_mps: self.estimator.navigator().current(),
-            stop_acknowledged_us: self.links.frontseat.stop_acknowledged_us(),
+            stop_acknowledged_us: self.links.frontseat.status.stop_acknowledged_us,
         };
         self.steering.steer(&situation, &self.parameters.active().app, orders);
     }
@@ -327,7 +327,7 @@ impl Backseat {
         let sentence = match links.modem.take_request() {
             Some(request) => {
                 let (mode, _) = modes.present();
-                let synchronous = links.modem.is_synchronous() && clock.carries_ranges(now_us);
+                let synchronous = links.modem.synchronous && clock.carries_ranges(now_us);
                 uplink.answer(&request, now_us, (clock, synchronous, mode as u8), estimator, settings, &mut buffer)
             }
             None => uplink.due(now_us, clock, settings, &mut buffer),
@@ -349,10 +349,10 @@ impl Backseat {
     #[inline(never)]
     fn learn(&mut self) {
         let Self { learning, steering, estimator, adaptation, consequences, parameters, .. } = self;
-        let submerged = estimator.output()[Z] > SUBMERGED_M;
+        let submerged = estimator.output[Z] > SUBMERGED_M;
         if !learning.ends(steering.under_way(), submerged)
             || estimator.is_doubted()
-            || estimator.resumed().is_some()
+            || estimator.resumed.is_some()
             || adaptation.has_fault()
             || consequences.is_used()
         {
@@ -383,7 +383,7 @@ impl Backseat {
         if core::mem::take(&mut self.drivers.news) {
             report(out, &FromBoard::Health(self.link_health()));
         }
-        for record in self.estimator.records() {
+        for record in &self.estimator.records {
             report(out, &FromBoard::Fusion(telemetry::fusion(record)));
         }
         if let Some(ship) = self.estimator.take_ship() {
@@ -394,7 +394,7 @@ impl Backseat {
             self.clock.utc_us(now_us),
             self.modes.present(),
             &self.estimator,
-            self.inputs.actuators().at(now_us),
+            self.inputs.actuators.at(now_us),
             self.steering.leg(),
             self.links.rejected(&self.parameters.active().app),
         );
@@ -431,10 +431,10 @@ impl Backseat {
         hostlink::Health {
             accepted_frames: Port::DEVICES.map(|port| self.links.accepted(port)),
             rejected_frames: self.links.rejected(&self.parameters.active().app),
-            pps_edges: self.clock.edges(),
-            synchronised: self.clock.is_fine(),
+            pps_edges: self.clock.edges,
+            synchronised: self.clock.fine,
             receive_losses: self.drivers.receive_losses,
-            oscillator: self.clock.oscillator(),
+            oscillator: self.clock.oscillator,
             log: self.drivers.log,
             late_steps: self.state.late.count,
             latest_step_us: self.state.late.latest_us,

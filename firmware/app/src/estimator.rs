@@ -69,22 +69,23 @@ pub struct Estimator {
     /// One sigma by which pitch and speed say that the pressure sensor has drifted, m.
     depth_drift_m: f64,
     model: Option<VehicleModel>,
-    packets: Packets,
+    pub packets: Packets,
     /// The vehicle at the start of each packet under way, by the packet's number.
     clones: Vec<(u8, CloneId), 2>,
     /// The vehicle when its ping left.
     ping: Option<CloneId>,
     /// The vehicle at the present.
-    output: VehicleState,
-    records: Vec<FusionRecord, MAX_RECORDS>,
+    pub output: VehicleState,
+    /// Outcomes of the scalars of the last step.
+    pub records: Vec<FusionRecord, MAX_RECORDS>,
     /// Of the last packet, until it was reported.
     ship: Option<ShipReport>,
-    lateness: Lateness,
+    pub lateness: Lateness,
     transducer_depth_m: Option<f64>,
     /// When the last range was fused, µs.
-    range_us: Option<u64>,
+    pub range_us: Option<u64>,
     /// From before a reset, until a fix or a range confirms or replaces it.
-    resumed: Option<Navigation>,
+    pub resumed: Option<Navigation>,
 }
 
 impl Estimator {
@@ -119,11 +120,6 @@ impl Estimator {
     /// Carries on from before a reset once attitude and depth are there, should no fix come first.
     pub fn resume(&mut self, navigation: Option<Navigation>) {
         self.resumed = navigation;
-    }
-
-    /// The state from before a reset, as long as the position rests on it.
-    pub fn resumed(&self) -> Option<Navigation> {
-        self.resumed
     }
 
     /// The filter, at its horizon.
@@ -165,29 +161,6 @@ impl Estimator {
     /// What the error exceeds with the declared probability only; `None` while there is no position.
     pub fn level(&self) -> Option<Level> {
         self.protection.level().filter(|_| self.navigator.is_initialised())
-    }
-
-    /// The vehicle at the time of the last step.
-    pub fn output(&self) -> &VehicleState {
-        &self.output
-    }
-
-    pub fn packets(&self) -> &Packets {
-        &self.packets
-    }
-
-    pub fn lateness(&self) -> Lateness {
-        self.lateness
-    }
-
-    /// When the last range was fused, filter's time, µs.
-    pub fn range_us(&self) -> Option<u64> {
-        self.range_us
-    }
-
-    /// Outcomes of the scalars of the last step.
-    pub fn records(&self) -> &[FusionRecord] {
-        &self.records
     }
 
     /// The ship of the last packet that gave a range, once.
@@ -233,13 +206,13 @@ impl Estimator {
         self.records.clear();
         while let Some((time_us, sample)) = inputs.next_until(horizon_us) {
             if self.navigator.is_initialised()
-                && let Some(late_s) = self.reach(time_us, inputs.actuators(), settings)?
+                && let Some(late_s) = self.reach(time_us, &inputs.actuators, settings)?
             {
                 self.fuse(&sample, late_s, settings, clock);
             }
         }
         if self.navigator.is_initialised() {
-            self.predict(horizon_us, inputs.actuators())?;
+            self.predict(horizon_us, &inputs.actuators)?;
             self.protection.follow(&self.navigator.followed(), &self.declared);
             self.naming.step(self.navigator.nominal().filter(|_| self.names));
             if self.packets.expire(horizon_us, &settings.app) {
@@ -251,7 +224,7 @@ impl Estimator {
         match self.navigator.failure() {
             Some(failure) => Err(failure),
             None => {
-                self.predict_output(now_us, inputs.actuators());
+                self.predict_output(now_us, &inputs.actuators);
                 Ok(())
             }
         }
@@ -380,7 +353,7 @@ impl Estimator {
     #[inline(never)] // its memory is not to stay on the stack under a step
     fn initialise(&mut self, now_us: u64, inputs: &Inputs, settings: &Settings) {
         let app = &settings.app;
-        let s = inputs.latest();
+        let s = &inputs.latest;
         let attitude_age_us = micros(app.attitude_timeout_s);
         let fix_m = fresh(s.fix_m, now_us, INITIAL_FIX_AGE_US);
         let resumed = if fix_m.is_some() { None } else { self.resumed };
@@ -402,7 +375,7 @@ impl Estimator {
                 let surge_mps = north_mps * libm::cos(heading_rad) + east_mps * libm::sin(heading_rad);
                 InitialSpeed::Coasting(surge_mps, speed_sigma_mps)
             }
-            _ => InitialSpeed::Commanded(steady_speed_mps(inputs.actuators().at(now_us), settings)),
+            _ => InitialSpeed::Commanded(steady_speed_mps(inputs.actuators.at(now_us), settings)),
         };
         let mut x = VehicleState::zeros();
         x.fixed_rows_mut::<3>(PHI).copy_from_slice(&euler_rad);
@@ -430,7 +403,7 @@ impl Estimator {
 
     /// A fix that the filter could start from.
     pub fn has_fix(&self, now_us: u64, inputs: &Inputs) -> bool {
-        fresh(inputs.latest().fix_m, now_us, INITIAL_FIX_AGE_US).is_some()
+        fresh(inputs.latest.fix_m, now_us, INITIAL_FIX_AGE_US).is_some()
     }
 
     /// Whether any sensor is suspect, or unconfirmed. Not unconfirmed ranges and fixes: they are used again, and the

@@ -65,13 +65,13 @@ impl<'a> Health<'a> {
     /// The last depth of the pressure sensor, m.
     #[must_use]
     pub fn depth_m(&self) -> Option<f64> {
-        self.backseat.inputs.latest().depth_m.map(|(_, depth_m)| depth_m)
+        self.backseat.inputs.latest.depth_m.map(|(_, depth_m)| depth_m)
     }
 
     /// The last fix, north and east, m.
     #[must_use]
     pub fn fix_m(&self) -> Option<[f64; 2]> {
-        self.backseat.inputs.latest().fix_m.map(|(_, fix_m)| fix_m)
+        self.backseat.inputs.latest.fix_m.map(|(_, fix_m)| fix_m)
     }
 
     /// Measurements and acoustic events dropped because too many came in one step.
@@ -83,19 +83,19 @@ impl<'a> Health<'a> {
     /// Measurements fused later than they were valid.
     #[must_use]
     pub fn late(&self) -> u32 {
-        self.backseat.estimator.lateness().late
+        self.backseat.estimator.lateness.late
     }
 
     /// Measurements too old to be used.
     #[must_use]
     pub fn too_late(&self) -> u32 {
-        self.backseat.estimator.lateness().too_late
+        self.backseat.estimator.lateness.too_late
     }
 
     /// Acoustic packets that gave no range, by cause.
     #[must_use]
     pub fn lost_packets(&self, loss: Loss) -> u32 {
-        self.backseat.estimator.packets().losses(loss)
+        self.backseat.estimator.packets.losses(loss)
     }
 
     /// Requests of the host that were not signed, or not by the board's key.
@@ -107,6 +107,6 @@ impl<'a> Health<'a> {
     /// Time labels and pulse edges that did not fit.
     #[must_use]
     pub fn odd_times(&self) -> u32 {
-        self.backseat.clock.odd()
+        self.backseat.clock.odd
     }
 }

@@ -50,7 +50,7 @@ impl MissionTransfer {
 
     /// The next corner of the fence; the last one again is taken as a repetition.
     pub fn corner(&mut self, index: u8, count: u8, corner_m: [f64; 2]) -> Result<(), Refusal> {
-        let have = self.staged_fence.corners_m();
+        let have = &self.staged_fence.corners_m;
         let announced = if have.is_empty() { count } else { self.corners };
         if self.count == 0 || count != announced || index >= count || usize::from(count) > MAX_FENCE_CORNERS {
             return Err(Refusal::Sequence);
@@ -69,7 +69,7 @@ impl MissionTransfer {
     pub fn commit(&mut self) -> Result<(&Mission, &Fence), Refusal> {
         let complete = self.count > 0
             && self.staged.waypoints().len() == usize::from(self.count)
-            && self.staged_fence.corners_m().len() == usize::from(self.corners);
+            && self.staged_fence.corners_m.len() == usize::from(self.corners);
         self.count = 0;
         match (complete, self.staged_fence.is_sound()) {
             (false, _) => Err(Refusal::Sequence),
@@ -127,7 +127,7 @@ mod tests {
                 transfer.corner(index, count, *corner_m)?;
                 transfer.corner(index, count, *corner_m)?;
             }
-            transfer.commit().map(|(_, fence)| fence.corners_m().len())
+            transfer.commit().map(|(_, fence)| fence.corners_m.len())
         };
         assert_eq!(send(&CORNERS, 3), Ok(3));
         assert_eq!(send(&[], 0), Ok(0), "the fence before is forgotten");

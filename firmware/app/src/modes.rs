@@ -129,9 +129,9 @@ pub struct Modes {
     /// What is shown while the way back is flown.
     returning: Option<(Mode, ModeReason)>,
     /// The board was reset too often, and the operator has not taken note of it.
-    barred: bool,
+    pub barred: bool,
     /// By its watchdog: its steps do not end in time.
-    rests: bool,
+    pub rests: bool,
 }
 
 impl Modes {
@@ -222,19 +222,9 @@ impl Modes {
         self.ended = Some((Mode::Safe, ModeReason::StopUnanswered));
     }
 
-    /// The board was reset too often, and the operator has not stopped since.
-    pub fn is_barred(&self) -> bool {
-        self.barred
-    }
-
     /// The board was reset too often; whether by its watchdog.
     pub fn barred(&mut self, by_watchdog: bool) {
         (self.barred, self.rests) = (true, by_watchdog);
-    }
-
-    /// Navigation is left out: its steps have not ended in time, and the watchdog would reset the board again.
-    pub fn rests(&self) -> bool {
-        self.rests
     }
 
     /// A mission starts.

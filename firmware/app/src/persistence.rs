@@ -115,13 +115,13 @@ impl App {
         // a second reset while the filter waits for its sensors loses nothing
         let now_us = self.backseat.now_us();
         let waiting = || {
-            let resumed = estimator.resumed()?;
+            let resumed = estimator.resumed?;
             let Coasted { position_m, sigma_m, velocity_mps, .. } =
                 resumed.coasted(now_us, coast_m(&parameters.active().vehicle));
             Some(Navigation { position_m, sigma_m, velocity_mps, down_us: 0 })
         };
         let navigation = navigation.or_else(waiting);
-        let utc_us = clock.utc_us(now_us).filter(|_| clock.is_fine());
+        let utc_us = clock.utc_us(now_us).filter(|_| clock.fine);
         let under_way = self.is_under_way() || self.backseat.steering.is_stopping();
         let (sequence, resets) = (last.sequence.wrapping_add(1), last.resets);
         RestartRecord { sequence, powered_us, under_way, resets, navigation, utc_us }

@@ -70,7 +70,7 @@ pub fn answer(backseat: &mut Backseat, request: &ToBoard<'_>, trusted: bool, out
             outcome(note_refused_mission(backseat, taken))
         }
         ToBoard::FenceGet { index } => {
-            let corners_m = backseat.fence.corners_m();
+            let corners_m = &backseat.fence.corners_m;
             FromBoard::Fence {
                 index,
                 count: u8::try_from(corners_m.len()).unwrap_or(u8::MAX),
@@ -116,7 +116,7 @@ impl Backseat {
     /// No mission is armed or under way, nothing is being stopped, tested or written to flash, and no resets wait for
     /// the operator.
     pub fn is_at_rest(&self) -> bool {
-        self.is_still() && !self.modes.is_barred()
+        self.is_still() && !self.modes.barred
     }
 
     /// The same, whatever waits for the operator.

@@ -59,15 +59,15 @@ pub struct Steering {
     controller: Controller,
     commander: Commander,
     /// A mission begins as soon as navigation is valid.
-    armed: bool,
+    pub armed: bool,
     /// When it was armed last, µs.
-    armed_us: u64,
+    pub armed_us: u64,
     /// The fin check is under way.
     wiggle: Held<Wiggle>,
     /// The vehicle waits at the surface: neutral with every step, so that the frontseat does not go on.
     holding: bool,
     /// The mission was ended, and its way back is flown.
-    returning: bool,
+    pub returning: bool,
     /// The frontseat gets control back with the next step.
     stopping: bool,
     /// When it last got it, µs.
@@ -75,7 +75,7 @@ pub struct Steering {
     /// Arrival of the last echo that was heard, µs.
     echo_us: Option<u64>,
     /// The echoed motor is not the commanded one since then, µs.
-    disobeyed_since_us: Option<u64>,
+    pub disobeyed_since_us: Option<u64>,
 }
 
 impl Steering {
@@ -178,11 +178,6 @@ impl Steering {
         self.stopping || self.holding || self.commander.is_stopping()
     }
 
-    /// The way back is flown.
-    pub fn is_returning(&self) -> bool {
-        self.returning
-    }
-
     /// The fin check is under way.
     pub fn is_wiggling(&self) -> bool {
         self.wiggle.get().is_some()
@@ -196,19 +191,9 @@ impl Steering {
         self.armed_us = now_us;
     }
 
-    /// When the mission was started by the host, µs.
-    pub fn armed_us(&self) -> u64 {
-        self.armed_us
-    }
-
     /// The mission does not begin.
     pub fn disarm(&mut self) {
         self.armed = false;
-    }
-
-    /// It begins with the next step at which navigation is valid.
-    pub fn is_armed(&self) -> bool {
-        self.armed
     }
 
     /// Navigation is valid: an armed mission begins.
@@ -255,11 +240,6 @@ impl Steering {
     /// The frontseat gets control with the next step.
     pub fn release(&mut self) {
         self.stopping = true;
-    }
-
-    /// Since when the frontseat has acknowledged commands and not obeyed, µs.
-    pub fn disobeyed_since_us(&self) -> Option<u64> {
-        self.disobeyed_since_us
     }
 
     /// The frontseat's echo of its servo bytes. While the frontseat steers it says what the actuators do, from its

@@ -25,7 +25,7 @@ pub fn record(
     let mut sigma = [0.0; VEHICLE_STATES];
     if navigator.is_initialised() {
         for (i, (state, sigma)) in state.iter_mut().zip(&mut sigma).enumerate() {
-            *state = estimator.output()[i];
+            *state = estimator.output[i];
             *sigma = libm::sqrt(estimator.stated_variance(i));
         }
     }

@@ -37,9 +37,11 @@ pub struct UtcClock {
     /// UTC minus local time, µs.
     offset_us: Option<i64>,
     /// The offset rests on an edge.
-    fine: bool,
-    last_edge_us: Option<u64>,
-    edges: u32,
+    pub(crate) fine: bool,
+    /// The last PPS edge, local time, µs.
+    pub(crate) last_edge_us: Option<u64>,
+    /// PPS edges seen.
+    pub(crate) edges: u32,
     /// The last edge or label that the fine offset rests on, local µs.
     fine_us: u64,
     /// Offset proposed by labels that disagree with the present one, and how many in a row.
@@ -48,9 +50,9 @@ pub struct UtcClock {
     /// it fine or a label replaces it.
     resumed_us: Option<i64>,
     /// Labels and edges that did not fit.
-    odd: u32,
+    pub(crate) odd: u32,
     /// What counts local time.
-    oscillator: Oscillator,
+    pub(crate) oscillator: Oscillator,
 }
 
 impl UtcClock {
@@ -80,11 +82,6 @@ impl UtcClock {
         self.oscillator = oscillator;
     }
 
-    /// What counts local time.
-    pub fn oscillator(&self) -> Oscillator {
-        self.oscillator
-    }
-
     /// Whether local time is good enough for one-way ranges: it is counted by a crystal, or pulse edges discipline it.
     pub fn carries_ranges(&self, local_us: u64) -> bool {
         match self.oscillator {
@@ -108,26 +105,6 @@ impl UtcClock {
     /// Local time of a UTC time, µs; `None` while unknown or before power-up.
     pub fn local_us(&self, utc_us: u64) -> Option<u64> {
         utc_us.checked_add_signed(self.offset_us?.checked_neg()?)
-    }
-
-    /// Whether UTC rests on PPS edges.
-    pub fn is_fine(&self) -> bool {
-        self.fine
-    }
-
-    /// The last PPS edge, local time, µs.
-    pub(crate) fn last_edge_us(&self) -> Option<u64> {
-        self.last_edge_us
-    }
-
-    /// PPS edges seen.
-    pub fn edges(&self) -> u32 {
-        self.edges
-    }
-
-    /// Labels and edges that did not fit and were not used.
-    pub fn odd(&self) -> u32 {
-        self.odd
     }
 
     /// Local time 0 was about `utc_us`, to less than half a second: the next edge says exactly.
@@ -243,7 +220,7 @@ mod tests {
         let mut clock = UtcClock::new();
         assert_eq!(clock.utc_us(0), None);
         run(&mut clock, 10, 3, NOON_US);
-        assert!(clock.is_fine());
+        assert!(clock.fine);
         assert_eq!(clock.utc_us(12_250_000), Some(NOON_US + 2 * SECOND_US));
         assert_eq!(clock.local_us(NOON_US + 5 * SECOND_US), Some(15_250_000));
     }
@@ -252,7 +229,7 @@ mod tests {
     fn without_edges_the_label_and_its_latency_count() {
         let mut clock = UtcClock::new();
         clock.label(5_300_000, NOON_US, 300_000);
-        assert!(!clock.is_fine());
+        assert!(!clock.fine);
         assert_eq!(clock.utc_us(5_000_000), Some(NOON_US));
     }
 
@@ -287,7 +264,7 @@ mod tests {
             clock.resume((NOON_US + 200_000).saturating_add_signed(error_us));
             assert_eq!(clock.utc_us(700_000), None);
             clock.edge(800_000);
-            assert!(clock.is_fine());
+            assert!(clock.fine);
             assert_eq!(clock.utc_us(800_000), Some(NOON_US + SECOND_US), "{error_us}");
         }
         // a label that comes first is worth more
@@ -311,7 +288,7 @@ mod tests {
         let weeks_us = 1024 * 7 * DAY_US;
         run(&mut clock, 16, 3, NOON_US + 5 * SECOND_US - weeks_us);
         assert_eq!(clock.utc_us(18_250_000), Some(NOON_US + 7 * SECOND_US - weeks_us));
-        assert!(clock.odd() > 0);
+        assert!(clock.odd > 0);
     }
 
     #[test]
@@ -323,7 +300,7 @@ mod tests {
         run(&mut clock, 10, 3, NOON_US);
         assert!(clock.carries_ranges(15_000_000) && !clock.carries_ranges(16_000_000));
         clock.restart();
-        assert!(clock.oscillator() == Oscillator::Internal && !clock.carries_ranges(15_000_000));
+        assert!(clock.oscillator == Oscillator::Internal && !clock.carries_ranges(15_000_000));
     }
 
     #[test]

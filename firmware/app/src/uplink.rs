@@ -125,7 +125,7 @@ impl Uplink {
         if !navigator.is_initialised() {
             return None;
         }
-        let x = estimator.output();
+        let x = &estimator.output;
         let water = body_to_ned(x, &[x[U], x[V], x[W]]);
         let [north, east] = navigator.current();
         let velocity_mps = [water[0] + north, water[1] + east];

@@ -29,7 +29,6 @@ const COVERED: usize = LENGTH - 8;
 
 /// The order to end the mission.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Abort {
     /// The vehicle's modem address, or [`EVERYBODY`].
     pub destination: u8,

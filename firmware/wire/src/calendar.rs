@@ -11,7 +11,6 @@ const EPOCH_JULIAN_DAY: i64 = 2_440_588;
 
 /// A time of day, UTC, µs since midnight.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct TimeOfDay {
     us: u64,
 }
@@ -101,7 +100,6 @@ impl TimeOfDay {
 
 /// A date of the years 1970 to 2399.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Date {
     year: u16,
     month: u8,
@@ -149,7 +147,6 @@ impl Date {
 
 /// Date and time of day, UTC.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct DateTime {
     /// The day.
     pub date: Date,

@@ -22,7 +22,6 @@ const POWERS: [NonZeroU64; MAX_SCALE as usize + 1] = {
 /// Up to 15 significant digits, [`Self::to_f64`] is the correctly rounded value (both operands of its one division
 /// are exact) and [`Self::from_f64`] gives the same digits back.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Decimal {
     mantissa: i64,
     scale: u8,

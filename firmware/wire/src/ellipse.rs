@@ -21,7 +21,6 @@ const BEARINGS: f64 = 512.0;
 
 /// An error ellipse but for its size.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Ellipse {
     /// Shorter over longer half axis, 0 to 1.
     pub share: f64,

@@ -2,7 +2,6 @@
 
 /// Why bytes were not taken, or could not be written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum Error {
     /// Longer than the decoder's buffer or than the protocol allows.
@@ -60,7 +59,6 @@ impl Error {
 
 /// What a decoder has seen since it was made; counters saturate.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Counts {
     accepted: u32,
     skipped_bytes: u32,

@@ -8,7 +8,6 @@ use core::num::NonZeroU64;
 
 /// Recommended minimum: position, velocity and the only sentence with a date.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Rmc {
     /// UTC of the fix.
     pub utc: Option<DateTime>,
@@ -26,7 +25,6 @@ pub struct Rmc {
 
 /// Fix data.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Gga {
     /// UTC time of day of the fix.
     pub time: Option<TimeOfDay>,
@@ -46,7 +44,6 @@ pub struct Gga {
 
 /// Pseudorange error statistics: how good the receiver believes its position to be.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Gst {
     /// UTC time of day of the fix.
     pub time: Option<TimeOfDay>,
@@ -56,7 +53,6 @@ pub struct Gst {
 
 /// True heading.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Hdt {
     /// Clockwise from true north, rad; `None` while the compass has none.
     pub heading_rad: Option<f64>,

@@ -20,7 +20,6 @@ pub const MOST_STEPS: i8 = 31;
 
 /// One cause that is named.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Named {
     /// Which; 0: nothing is named.
     pub cause: u8,

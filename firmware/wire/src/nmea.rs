@@ -14,7 +14,6 @@ pub const MAX_SENTENCE: usize = MAX_BODY + 6;
 
 /// Whether a sentence may come without `*hh`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Checksum {
     /// It must be there.
     Required,

@@ -159,13 +159,6 @@ impl fmt::Debug for Key {
     }
 }
 
-#[cfg(feature = "defmt")]
-impl defmt::Format for Key {
-    fn format(&self, f: defmt::Formatter<'_>) {
-        defmt::write!(f, "{=bool}", self.is_set());
-    }
-}
-
 #[cfg(test)]
 mod tests {
     extern crate std;

@@ -46,7 +46,6 @@ const FRAMING: Framing<LENGTH> = Framing { versions: [VERSION, AUTHENTIC_VERSION
 
 /// The ship at the time of launch.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ShipState {
     /// The ship's modem address.
     pub source: u8,

@@ -92,7 +92,6 @@ impl Steps {
 
 /// The vehicle at the time of launch.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct VehicleState {
     /// The vehicle's modem address.
     pub source: u8,

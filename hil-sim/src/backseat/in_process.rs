@@ -69,7 +69,6 @@ pub struct InProcess {
 
 impl InProcess {
     /// As after power-up, with nothing in its memory.
-    #[must_use]
     pub fn new() -> Self {
         let mut app = Box::new(App::new());
         app.restore(None);
@@ -78,7 +77,6 @@ impl InProcess {
     }
 
     /// What was received, refused and dropped since the last start.
-    #[must_use]
     pub fn health(&self) -> Health<'_> {
         self.app.health()
     }

@@ -78,7 +78,6 @@ pub struct Autopilot<'a> {
 
 impl<'a> Autopilot<'a> {
     /// For the declared vehicle, before the first of these legs.
-    #[must_use]
     pub fn new(declared: &VehicleParameters, legs: &'a [Leg], holds_speed: bool) -> Self {
         let fins = 4.0 * 0.5 * declared.rho_kg_per_m3 * declared.fin_area_m2 * declared.cd[0];
         let drag = declared.quadratic_diag[0] + fins;

@@ -62,7 +62,6 @@ pub struct Spec {
 
 impl Spec {
     /// Half an hour of lines with every usual sensor and nothing undeclared.
-    #[must_use]
     pub fn new(vehicle: VehicleFile) -> Self {
         Self {
             vehicle,
@@ -228,34 +227,11 @@ impl Recorder {
     }
 
     fn observe(&mut self, observation: &Observation) {
-        let time_us = observation.time_us;
-        match &observation.kind {
-            ObservationKind::Depth { depth_m } => {
-                self.row(time_us).set(Column::Depth, *depth_m);
-            }
-            ObservationKind::Ahrs { euler_rad, rates_radps } => {
-                self.row(time_us).set_all(Column::Roll, euler_rad).set_all(Column::P, rates_radps);
-            }
-            ObservationKind::Dvl { velocity_mps: Some(velocity_mps), .. } => {
-                self.row(time_us).set_all(Column::DvlU, velocity_mps);
-            }
-            ObservationKind::VehicleGnss { fix: Some(fix) } => {
-                self.row(time_us).set_all(Column::GpsX, &fix.position_m);
-            }
-            ObservationKind::ShipGnss { position_m } => {
-                self.row(time_us).set_all(Column::ShipGpsX, position_m);
-            }
-            ObservationKind::Downlink(packet) => {
-                // Logged when the receiver believes that it arrived: the true time would tell of its clock.
-                let logged_us = packet.toa_us.next_multiple_of(CLOCK_US);
-                self.row(logged_us)
-                    .set(Column::Range, packet.range_m)
-                    .set(Column::RangeRate, packet.range_rate_mps)
-                    .set(Column::Tol, packet.tol_us as f64 * 1e-6)
-                    .set(Column::Toa, packet.toa_us as f64 * 1e-6)
-                    .set_all(Column::ShipX, &packet.ship.position_m);
-            }
-            _ => {}
-        }
+        let time_us = match &observation.kind {
+            // Logged when the receiver believes that it arrived: the true time would tell of its clock.
+            ObservationKind::Downlink(packet) => packet.toa_us.next_multiple_of(CLOCK_US),
+            _ => observation.time_us,
+        };
+        observation.kind.log(|| self.row(time_us));
     }
 }

@@ -9,18 +9,13 @@ use std::collections::VecDeque;
 /// What a modem has still to say, in order of time.
 pub(super) struct Agenda {
     /// UTC of time zero, µs since 1970.
-    start_us: u64,
+    pub(super) start_us: u64,
     sentences: VecDeque<(u64, Vec<u8>)>,
 }
 
 impl Agenda {
     pub(super) fn new(start_unix_s: u32) -> Self {
         Self { start_us: u64::from(start_unix_s) * 1_000_000, sentences: VecDeque::new() }
-    }
-
-    /// UTC of time zero, µs since 1970.
-    pub(super) fn start_us(&self) -> u64 {
-        self.start_us
     }
 
     /// When the next sentence is due, µs.

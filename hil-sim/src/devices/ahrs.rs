@@ -22,7 +22,6 @@ pub struct Ahrs {
 impl Ahrs {
     /// On a line of `baud`; its heading is magnetic. Its timer starts from zero, or so that it rolls over at a given
     /// time.
-    #[must_use]
     pub fn new(baud: u32, declination_rad: f64, rollover_us: Option<u64>) -> Self {
         let first_tick = rollover_us.map_or(0, |us| (1 << 32) - us * TICKS_PER_S / 1_000_000);
         Self { transmitter: Uart::new(baud), declination_rad, received: Vec::new(), streaming: false, first_tick }

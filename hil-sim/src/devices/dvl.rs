@@ -17,7 +17,6 @@ pub struct Dvl {
 
 impl Dvl {
     /// On a line of `baud`.
-    #[must_use]
     pub fn new(baud: u32) -> Self {
         Self { transmitter: Uart::new(baud), ensemble: 0 }
     }

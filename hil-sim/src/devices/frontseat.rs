@@ -78,7 +78,6 @@ pub struct Frontseat {
 
 impl Frontseat {
     /// A frontseat on a line of `baud`, at rest at the surface.
-    #[must_use]
     pub fn new(
         baud: u32,
         calibration: ServoCalibration,
@@ -130,7 +129,6 @@ impl Frontseat {
     }
 
     /// When [`Self::targets`] changes without further input, µs.
-    #[must_use]
     pub fn next_us(&self) -> Option<u64> {
         let command_us = match self.command {
             Command::None => None,

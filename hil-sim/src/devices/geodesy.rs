@@ -11,13 +11,11 @@ pub struct LocalFrame {
 
 impl LocalFrame {
     /// With its origin at these WGS-84 degrees, north and east positive.
-    #[must_use]
     pub fn new(latitude_deg: f64, longitude_deg: f64) -> Self {
         Self { latitude_rad: latitude_deg.to_radians(), longitude_rad: longitude_deg.to_radians() }
     }
 
     /// Latitude and longitude, degrees, of a point [north, east], m, at sea level.
-    #[must_use]
     pub fn to_degrees(&self, [north_m, east_m]: [f64; 2]) -> [f64; 2] {
         let (latitude, longitude, _) =
             enu2geodetic(east_m, north_m, 0.0, self.latitude_rad, self.longitude_rad, 0.0, Ellipsoid::WGS84);
@@ -25,7 +23,6 @@ impl LocalFrame {
     }
 
     /// North and east, m, of a point at sea level.
-    #[must_use]
     pub fn to_metres(&self, [latitude_deg, longitude_deg]: [f64; 2]) -> [f64; 2] {
         let (east, north, _) = geodetic2enu(
             latitude_deg.to_radians(),

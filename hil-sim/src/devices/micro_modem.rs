@@ -88,7 +88,6 @@ pub struct MicroModem {
 
 impl MicroModem {
     /// On a line of `baud`, after power-up; `start_us` is UTC of time zero.
-    #[must_use]
     pub fn new(baud: u32, start_unix_s: u32, packet_duration_s: f64, pulse: bool) -> Self {
         let mut modem = Self {
             transmitter: Uart::new(baud),
@@ -108,13 +107,11 @@ impl MicroModem {
     }
 
     /// Packets that were not heard because another one, or its own, was under way.
-    #[must_use]
     pub fn missed(&self) -> u32 {
         self.missed
     }
 
     /// When the modem next acts by itself, µs.
-    #[must_use]
     pub fn next_us(&self) -> Option<u64> {
         let launch = self.launches.front().map(|launch| launch.time_us);
         self.agenda.next_us().into_iter().chain(launch).min()

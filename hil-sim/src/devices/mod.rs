@@ -55,7 +55,6 @@ pub struct Devices {
 
 impl Devices {
     /// All devices, powered up at time zero.
-    #[must_use]
     pub fn new(scenario: &Scenario) -> Self {
         let [frontseat, dvl, ahrs, modem] = BAUD;
         let settings = &scenario.settings;
@@ -135,7 +134,6 @@ impl Devices {
     }
 
     /// When something next happens by itself or arrives at a device, µs.
-    #[must_use]
     pub fn next_us(&self) -> Option<u64> {
         let lines = self.from_backseat.iter().filter_map(Uart::next_us);
         let modem = match &self.modem {

@@ -8,7 +8,7 @@ use super::agenda::Agenda;
 use super::geodesy::LocalFrame;
 use super::uart::Uart;
 use crate::faults::PacketFaults;
-use crate::observation::{Downlink, Observation, ObservationKind, TwoWay};
+use crate::observation::{Observation, ObservationKind, OneWay, TwoWay};
 use crate::scenario::{Exchange, Settings};
 use backseat_wire::Decimal;
 use backseat_wire::abort::Abort;
@@ -56,7 +56,6 @@ pub struct Modem {
 
 impl Modem {
     /// On a line of `baud`, after power-up.
-    #[must_use]
     pub fn new(baud: u32, frame: LocalFrame, start_unix_s: u32, settings: &Settings, faults: PacketFaults) -> Self {
         let acoustics = settings.acoustics.clone();
         let mut cycles = (0_u64..).flat_map(move |cycle| {
@@ -85,7 +84,6 @@ impl Modem {
     }
 
     /// When the modem next speaks by itself, µs.
-    #[must_use]
     pub fn next_us(&self) -> Option<u64> {
         self.agenda.next_us().into_iter().chain(self.next_cycle_us).min()
     }
@@ -130,7 +128,7 @@ impl Modem {
         self.agenda.say(end_us, &FromModem::Statistics(self.statistics(arrival_us, 0.0)));
     }
 
-    fn hear_packet(&mut self, arrival_us: u64, packet: &Downlink) {
+    fn hear_packet(&mut self, arrival_us: u64, packet: &OneWay) {
         let report = &packet.ship;
         let delivery = self.faults.delivery(arrival_us);
         let source = delivery.source.unwrap_or(SHIP);
@@ -138,7 +136,7 @@ impl Modem {
         let state = ShipState {
             source,
             sequence: self.sequence,
-            transmit_s: (((self.agenda.start_us() + packet.tol_us) / 1_000_000) as u32)
+            transmit_s: (((self.agenda.start_us + packet.tol_us) / 1_000_000) as u32)
                 .wrapping_add_signed(delivery.second_offset_s),
             position_deg: self.frame.to_degrees(report.position_m),
             velocity_mps: report.velocity_mps,

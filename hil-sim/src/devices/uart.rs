@@ -13,13 +13,11 @@ pub struct Uart {
 
 impl Uart {
     /// A line at `baud` bits per second.
-    #[must_use]
     pub fn new(baud: u32) -> Self {
         Self { baud, busy_until_us: 0, pending: VecDeque::new() }
     }
 
     /// Time on the wire of `length` bytes, µs.
-    #[must_use]
     pub fn duration_us(&self, length: usize) -> u64 {
         (length as u64 * 10 * 1_000_000).div_ceil(u64::from(self.baud))
     }
@@ -43,7 +41,6 @@ impl Uart {
     }
 
     /// When the next bytes arrive, µs.
-    #[must_use]
     pub fn next_us(&self) -> Option<u64> {
         self.pending.front().map(|arrival| arrival.time_us)
     }

@@ -20,7 +20,6 @@ pub struct Board {
 
 impl Board {
     /// The board of a scenario, powered up at time zero.
-    #[must_use]
     pub fn new(faults: &[Fault]) -> Self {
         let mut board =
             Self { resets: Vec::new(), clocks: Vec::new(), flash: Vec::new(), zero_us: 0, down_until_us: 0 };
@@ -61,13 +60,11 @@ impl Board {
     }
 
     /// Whether there is a board: it takes its first step after its time zero.
-    #[must_use]
     pub fn is_up(&self, now_us: u64) -> bool {
         now_us > self.down_until_us
     }
 
     /// What the board's clock shows, µs. Time zero would mean a fresh start by the host's wish.
-    #[must_use]
     pub fn local_us(&self, time_us: u64) -> u64 {
         let offset_us: i64 = self.clocks.iter().filter(|(fault, _)| fault.acts(time_us)).map(|(_, by_us)| by_us).sum();
         time_us.saturating_sub(self.zero_us).saturating_add_signed(offset_us).max(1)

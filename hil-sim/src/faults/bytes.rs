@@ -24,7 +24,6 @@ pub struct FaultyLine {
 
 impl FaultyLine {
     /// The line of `port` in one direction.
-    #[must_use]
     pub fn new(faults: &[Fault], seed: u64, port: Port, direction: Direction, baud: u32) -> Self {
         let pick = |kind: &FaultKind| match *kind {
             FaultKind::Line { port: of, direction: way, damage }

@@ -22,20 +22,17 @@ pub struct FrontseatFaults {
 
 impl FrontseatFaults {
     /// Those of a scenario.
-    #[must_use]
     pub fn new(faults: &[Fault], seed: u64) -> Self {
         let pick = |kind: &FaultKind| if let FaultKind::Frontseat(fault) = kind { Some(*fault) } else { None };
         Self { faults: active(faults, seed, pick) }
     }
 
     /// What is wrong at a time.
-    #[must_use]
     pub fn at(&self, time_us: u64) -> Option<FrontseatFault> {
         self.faults.iter().find(|active| active.fault.acts(time_us)).map(|active| active.what)
     }
 
     /// When that next changes after `time_us`, µs.
-    #[must_use]
     pub fn next_us(&self, time_us: u64) -> Option<u64> {
         let edges = self.faults.iter().flat_map(|active| [active.fault.from_us, active.fault.until_us]);
         edges.filter(|edge_us| *edge_us > time_us && *edge_us < u64::MAX).min()

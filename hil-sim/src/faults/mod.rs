@@ -53,7 +53,6 @@ pub struct Fault {
 
 impl Fault {
     /// Whether it acts at a time.
-    #[must_use]
     pub fn acts(&self, time_us: u64) -> bool {
         (self.from_us..self.until_us).contains(&time_us)
     }

@@ -1,7 +1,7 @@
 //! Faults of acoustic packets.
 
 use super::{Active, Fault, FaultKind, PacketFault, active};
-use crate::observation::{Downlink, Observation, ObservationKind};
+use crate::observation::{Observation, ObservationKind, OneWay};
 
 /// How a packet comes out of the modem.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -31,7 +31,6 @@ pub struct PacketFaults {
 
 impl PacketFaults {
     /// Those of a scenario in which everybody declares this sound speed.
-    #[must_use]
     pub fn new(faults: &[Fault], seed: u64, declared_speed_mps: f64) -> Self {
         let pick = |kind: &FaultKind| if let FaultKind::Packet(fault) = kind { Some(*fault) } else { None };
         Self { faults: active(faults, seed, pick), declared_speed_mps }
@@ -68,7 +67,6 @@ impl PacketFaults {
     }
 
     /// How a packet that begins to arrive at `time_us` comes out of the modem.
-    #[must_use]
     pub fn delivery(&self, time_us: u64) -> Delivery {
         let mut delivery = Delivery::default();
         for Active { what, fault, .. } in &self.faults {
@@ -91,14 +89,14 @@ impl PacketFaults {
 }
 
 /// The ship's place as it reports it.
-fn shift(packet: &mut Downlink, offset_m: [f64; 2]) {
+fn shift(packet: &mut OneWay, offset_m: [f64; 2]) {
     for (place, offset) in packet.ship.position_m.iter_mut().zip(offset_m) {
         *place += offset;
     }
 }
 
 /// Time of arrival and range as a clock that is ahead measures them.
-fn lengthen(packet: &mut Downlink, by_s: f64, speed_mps: f64) {
+fn lengthen(packet: &mut OneWay, by_s: f64, speed_mps: f64) {
     packet.toa_us = packet.toa_us.saturating_add_signed((by_s * 1e6).round() as i64);
     packet.range_m += by_s * speed_mps;
 }

@@ -14,14 +14,12 @@ pub struct SensorFaults {
 
 impl SensorFaults {
     /// Those of a scenario.
-    #[must_use]
     pub fn new(faults: &[Fault], seed: u64) -> Self {
         let pick = |kind: &FaultKind| if let FaultKind::Sensor(fault) = kind { Some(*fault) } else { None };
         Self { faults: active(faults, seed, pick), last_ahrs: None }
     }
 
     /// When the AHRS' timer rolls over, µs.
-    #[must_use]
     pub fn rollover_us(&self) -> Option<u64> {
         let rollover = self.faults.iter().find(|active| active.what == SensorFault::AhrsTimerRollover);
         rollover.map(|active| active.fault.from_us)

@@ -137,42 +137,24 @@ impl Recorder {
     pub(super) fn observe(&mut self, observation: &Observation, vehicle: &VehicleTruth) {
         let mut row = LogRow::new(observation.time_us);
         match &observation.kind {
-            ObservationKind::Depth { depth_m } => {
-                row.set(Column::Depth, *depth_m);
-            }
-            ObservationKind::Ahrs { euler_rad, rates_radps } => {
-                row.set_all(Column::Roll, euler_rad).set_all(Column::P, rates_radps);
-            }
-            ObservationKind::Dvl { velocity_mps: Some(velocity_mps), .. } => {
-                row.set_all(Column::DvlU, velocity_mps);
-            }
-            ObservationKind::VehicleGnss { fix: Some(fix) } => {
-                row.set_all(Column::GpsX, &fix.position_m);
-            }
-            ObservationKind::ShipGnss { position_m } => {
-                row.set_all(Column::ShipGpsX, position_m);
-            }
-            ObservationKind::Downlink(packet) if packet.ship != ShipReport::NONE => {
-                row.set(Column::Range, packet.range_m)
-                    .set(Column::RangeRate, packet.range_rate_mps)
-                    .set(Column::Tol, packet.tol_us as f64 * 1e-6)
-                    .set(Column::Toa, packet.toa_us as f64 * 1e-6)
-                    .set_all(Column::ShipX, &packet.ship.position_m);
-                let [x, y, ..] = vehicle.state;
-                self.flight.packets.push(([x, y], packet.ship.position_m));
-            }
+            ObservationKind::Downlink(packet) if packet.ship == ShipReport::NONE => return,
             ObservationKind::Uplink(packet) => {
-                row.set(Column::UplinkRange, packet.range_m)
-                    .set(Column::Tol, packet.tol_us as f64 * 1e-6)
-                    .set(Column::Toa, packet.toa_us as f64 * 1e-6)
-                    .set_all(Column::ShipX, &packet.ship.position_m);
+                packet.log(row.set(Column::UplinkRange, packet.range_m));
             }
             ObservationKind::TwoWay(ping) => {
                 row.set(Column::TwoWayRange, ping.range_m)
                     .set(Column::Tol, ping.tol_us as f64 * 1e-6)
                     .set(Column::Toa, observation.time_us as f64 * 1e-6);
             }
-            _ => return,
+            kind => {
+                if !kind.log(|| &mut row) {
+                    return;
+                }
+            }
+        }
+        if let ObservationKind::Downlink(packet) = &observation.kind {
+            let [x, y, ..] = vehicle.state;
+            self.flight.packets.push(([x, y], packet.ship.position_m));
         }
         self.row(row);
     }

@@ -66,7 +66,6 @@ pub enum ControlMode {
 impl Scenario {
     /// The vehicle that the backseat is given: the declared one, wrong by `backseat.wrong_share`, with the sound speed
     /// of the place and the depth of the ship's transducer.
-    #[must_use]
     pub fn declared_vehicle(&self) -> VehicleFile {
         let backseat = &self.settings.backseat;
         let seed = backseat.wrong_seed.unwrap_or(self.settings.seed);

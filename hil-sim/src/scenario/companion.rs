@@ -8,7 +8,6 @@ const SEED: u64 = 1_000_003;
 impl Scenario {
     /// What the companions fly: the same ship and water, start and mission beside those of the first vehicle, and slots
     /// of their own.
-    #[must_use]
     pub fn companions(&self) -> Vec<Self> {
         (1_u64..).zip(&self.settings.companions).map(|(place, companion)| self.companion(place, companion)).collect()
     }

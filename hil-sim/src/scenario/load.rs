@@ -76,13 +76,11 @@ impl Settings {
     }
 
     /// The waypoints for the backseat, in order.
-    #[must_use]
     pub fn waypoints(&self) -> Vec<Waypoint> {
         self.mission.waypoints()
     }
 
     /// The lines on which the true track is judged.
-    #[must_use]
     pub fn lines(&self) -> Vec<SurveyLine> {
         self.mission.lines([self.start.x_m, self.start.y_m])
     }

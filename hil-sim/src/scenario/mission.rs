@@ -128,7 +128,6 @@ pub struct SurveyLine {
 
 impl Mission {
     /// The waypoints for the backseat, in order.
-    #[must_use]
     pub fn waypoints(&self) -> Vec<Waypoint> {
         match self {
             Self::Waypoints(waypoints) => waypoints
@@ -148,7 +147,6 @@ impl Mission {
     }
 
     /// The lines on which the true track is judged; `start_m` is where the first leg begins.
-    #[must_use]
     pub fn lines(&self, start_m: [f64; 2]) -> Vec<SurveyLine> {
         match self {
             Self::Waypoints(waypoints) => {

@@ -6,7 +6,6 @@ use crate::truth::{Fin, Parameters, State, Undeclared};
 
 impl Scenario {
     /// The simulated world: what is declared, `[plant]` and `[environment]` on top, then the effects.
-    #[must_use]
     pub fn physics(&self) -> Physics {
         let settings = &self.settings;
         let mut physics = Physics {
@@ -28,7 +27,6 @@ impl Scenario {
     }
 
     /// The simulated vehicle as the effects leave it.
-    #[must_use]
     pub fn truth_parameters(&self) -> Parameters {
         self.physics().vehicle
     }
@@ -75,7 +73,6 @@ impl Scenario {
     }
 
     /// The simulated vehicle at time zero: level, on its heading.
-    #[must_use]
     pub fn initial_state(&self) -> State {
         let start = &self.settings.start;
         State::new(

@@ -55,7 +55,6 @@ pub struct Sensors {
 
 impl Sensors {
     /// The sensors of a scenario.
-    #[must_use]
     pub fn new(scenario: &Scenario, instruments: &Instruments, installation: &Installation) -> Self {
         let settings = &scenario.settings;
         let (seed, sensors, kind, noise) =
@@ -94,7 +93,6 @@ impl Sensors {
     }
 
     /// Whether any sensor samples now, or a late sample arrives.
-    #[must_use]
     pub fn any_due(&self, time_us: u64) -> bool {
         let next_us = [
             self.depth.sampler.next_us,

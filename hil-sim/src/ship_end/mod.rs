@@ -12,7 +12,7 @@ use crate::devices::micro_modem::{Heard, Launch, MicroModem, Sound};
 use crate::devices::uart::Uart;
 use crate::devices::{Devices, LocalFrame};
 use crate::faults::{Fault, FaultKind, PacketFault, SensorFault};
-use crate::observation::{Observation, ObservationKind, ShipReport};
+use crate::observation::{Observation, ObservationKind, OneWay, ShipReport};
 use crate::scenario::{self, Exchange, Scenario};
 use crate::world::World;
 use backseat_app::STEP_US;
@@ -131,7 +131,6 @@ pub struct ShipEnd {
 
 impl ShipEnd {
     /// All powered up at time zero, with this program.
-    #[must_use]
     pub fn new(scenario: &Scenario, program: Box<dyn Program>) -> Self {
         let settings = &scenario.settings;
         let environment = &settings.environment;
@@ -160,19 +159,16 @@ impl ShipEnd {
     }
 
     /// The program.
-    #[must_use]
     pub fn program(&self) -> &dyn Program {
         &*self.program
     }
 
     /// Packets that the ship's modem did not hear because another one was under way.
-    #[must_use]
     pub fn missed(&self) -> u32 {
         self.modem.missed()
     }
 
     /// When something next happens here by itself, µs, once the program has [answered](Self::settle).
-    #[must_use]
     pub fn next_us(&self) -> u64 {
         let lines = [&self.receiver.transmitter, &self.modem.transmitter, &self.from_program];
         let lines = lines.into_iter().filter_map(Uart::next_us);
@@ -189,29 +185,13 @@ impl ShipEnd {
                 self.receiver.fix(time_us, *position_m, world.ship().velocity_mps)
             }
             ObservationKind::Downlink(packet) => {
-                if let (Some(InWater { addresses, frame, .. }), Some(modem)) =
-                    (self.take(craft, packet.tol_us), devices.micro_modem())
-                {
-                    modem.hear_data(&Heard {
-                        arrival_us: time_us,
-                        toa_us: packet.toa_us,
-                        end_us: packet.end_us,
-                        range_rate_mps: packet.range_rate_mps,
-                        addresses,
-                        frame,
-                    });
+                if let (Some(heard), Some(modem)) = (self.heard(craft, time_us, packet), devices.micro_modem()) {
+                    modem.hear_data(&heard);
                 }
             }
             ObservationKind::Uplink(packet) => {
-                if let Some(InWater { addresses, frame, .. }) = self.take(craft, packet.tol_us) {
-                    self.modem.hear_data(&Heard {
-                        arrival_us: time_us,
-                        toa_us: packet.toa_us,
-                        end_us: packet.end_us,
-                        range_rate_mps: packet.range_rate_mps,
-                        addresses,
-                        frame,
-                    });
+                if let Some(heard) = self.heard(craft, time_us, packet) {
+                    self.modem.hear_data(&heard);
                 }
             }
             ObservationKind::TwoWay(ping) => {
@@ -228,9 +208,12 @@ impl ShipEnd {
         }
     }
 
-    fn take(&mut self, craft: usize, tol_us: u64) -> Option<InWater> {
+    /// The packet that was sent at that time, as the other side hears it.
+    fn heard(&mut self, craft: usize, arrival_us: u64, packet: &OneWay) -> Option<Heard> {
+        let OneWay { tol_us, toa_us, end_us, range_rate_mps, .. } = *packet;
         let place = self.in_water.iter().position(|packet| (packet.craft, packet.launch_us) == (craft, tol_us))?;
-        self.in_water.remove(place)
+        let InWater { addresses, frame, .. } = self.in_water.remove(place)?;
+        Some(Heard { arrival_us, toa_us, end_us, range_rate_mps, addresses, frame })
     }
 
     /// Lets the ship act up to `now_us`, and all modems send into the water. The program's answer is waited for by

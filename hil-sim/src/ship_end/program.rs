@@ -107,7 +107,6 @@ pub struct InProcess {
 
 impl InProcess {
     /// As after power-up.
-    #[must_use]
     pub fn new(topside: Topside) -> Self {
         Self { topside: Box::new(topside), sent: Vec::new() }
     }

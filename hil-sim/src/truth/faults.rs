@@ -38,7 +38,6 @@ impl Flooding {
     pub const NONE: Self = Self { kg: 0.0, kg_per_s: 0.0, x_m: 0.0, time_s: f64::INFINITY };
 
     /// Water inside, kg.
-    #[must_use]
     pub fn kg_at(&self, time_s: f64) -> f64 {
         if time_s > self.time_s { (self.kg_per_s * (time_s - self.time_s)).min(self.kg) } else { 0.0 }
     }
@@ -82,7 +81,6 @@ impl Faults {
     /// Water adds its mass to the three masses and its moment about the centre of gravity to the restoring one; the
     /// centre of gravity that moments are taken about and the inertias stay where they were, which a kilogram in 38
     /// allows. A weight that is dropped hung at the centre of gravity.
-    #[must_use]
     pub fn applied(&self, parameters: &Parameters, time_s: f64) -> Parameters {
         let mut p = *parameters;
         let kg = self.gained_kg(time_s);

@@ -25,7 +25,6 @@ pub struct Water {
 
 impl Water {
     /// The current at a depth, m/s.
-    #[must_use]
     pub fn at_depth(&self, depth_m: f64) -> [f64; 2] {
         // The water above the surface is the water at the surface.
         let depth = depth_m.max(0.0);
@@ -35,7 +34,6 @@ impl Water {
 
 impl State {
     /// At a position, with Euler angles roll, pitch, heading, a velocity through the water and rates.
-    #[must_use]
     pub fn new(position_m: [f64; 3], euler_rad: [f64; 3], velocity_mps: [f64; 3], rates_radps: [f64; 3]) -> Self {
         let [(sr, cr), (sp, cp), (sy, cy)] = euler_rad.map(|angle| libm::sincos(0.5 * angle));
         let [x, y, z] = position_m;
@@ -59,32 +57,27 @@ impl State {
     }
 
     /// North, east, down, m.
-    #[must_use]
     pub fn position_m(&self) -> [f64; 3] {
         [self.0[0], self.0[1], self.0[2]]
     }
 
     /// Velocity through the water in body axes, m/s.
-    #[must_use]
     pub fn velocity_mps(&self) -> [f64; 3] {
         [self.0[7], self.0[8], self.0[9]]
     }
 
     /// Body rates, rad/s.
-    #[must_use]
     pub fn rates_radps(&self) -> [f64; 3] {
         [self.0[10], self.0[11], self.0[12]]
     }
 
     /// Roll, pitch, heading, rad; heading within (−π, π].
-    #[must_use]
     pub fn euler_rad(&self) -> [f64; 3] {
         let m = self.body_to_ned();
         [libm::atan2(m[2][1], m[2][2]), -libm::asin(m[2][0].clamp(-1.0, 1.0)), libm::atan2(m[1][0], m[0][0])]
     }
 
     /// Rotation from body axes to north-east-down.
-    #[must_use]
     pub fn body_to_ned(&self) -> [[f64; 3]; 3] {
         let [a, b, c, d] = [self.0[3], self.0[4], self.0[5], self.0[6]];
         [
@@ -95,7 +88,6 @@ impl State {
     }
 
     /// Velocity over ground, north, east, down, m/s.
-    #[must_use]
     pub fn velocity_ned_mps(&self, water: &Water) -> [f64; 3] {
         let m = self.body_to_ned();
         let [u, v, w] = self.velocity_mps();
@@ -185,7 +177,6 @@ pub struct Plant {
 
 impl Plant {
     /// Prepares the forces of a vehicle that is nothing but its parameters.
-    #[must_use]
     pub fn new(parameters: &Parameters) -> Self {
         Self::with(parameters, &Undeclared::default())
     }
@@ -266,7 +257,6 @@ impl Plant {
     }
 
     /// Acceleration of velocity through the water and rates in a uniform current, m/s² and rad/s².
-    #[must_use]
     pub fn acceleration(&self, state: &State, actuators: &Actuators) -> [f64; 6] {
         let m = state.body_to_ned();
         self.body_acceleration(state, &m[2], actuators)
@@ -339,7 +329,6 @@ impl Plant {
     /// In sheared water the vehicle keeps its velocity over ground as it changes depth, so that its
     /// velocity through the water takes up the difference. The inertia of water that accelerates in
     /// time acts on the net weight only and is left out: below 1e-7 m/s² for a tide.
-    #[must_use]
     pub fn derivative(&self, state: &State, actuators: &Actuators, water: &Water, disturbance: &[f64; 6]) -> State {
         let [_, _, depth, a, b, c, d, u, v, w, p, q, r] = state.0;
         let m = state.body_to_ned();

@@ -26,7 +26,6 @@ pub struct VehicleTruth {
 
 impl VehicleTruth {
     /// Position of a point of the vehicle, NED, m; the arm is in body axes.
-    #[must_use]
     pub fn position_at(&self, arm_m: [f64; 3]) -> [f64; 3] {
         let [x, y, z, roll, pitch, heading, ..] = self.state;
         if arm_m == [0.0; 3] {
@@ -37,7 +36,6 @@ impl VehicleTruth {
     }
 
     /// Velocity over ground of a point of the vehicle, NED, m/s.
-    #[must_use]
     pub fn velocity_at(&self, arm_m: [f64; 3]) -> [f64; 3] {
         let [.., roll, pitch, heading, _, _, _, p, q, r] = self.state;
         if arm_m == [0.0; 3] {
@@ -73,7 +71,6 @@ pub struct Vehicle {
 
 impl Vehicle {
     /// A vehicle at rest of its actuators that is nothing but its parameters.
-    #[must_use]
     pub fn new(parameters: &Parameters, state: State, step_s: f64, seed: u64) -> Self {
         Self::with(parameters, &Undeclared::default(), state, step_s, seed)
     }
@@ -102,13 +99,11 @@ impl Vehicle {
     }
 
     /// Present state.
-    #[must_use]
     pub fn state(&self) -> &State {
         &self.state
     }
 
     /// What the actuators do now.
-    #[must_use]
     pub fn actuators(&self) -> &Actuators {
         &self.actuators
     }

@@ -1,6 +1,6 @@
 //! The world's observations: repeatable, independent of one another, and right.
 
-use hil_sim::observation::{Downlink, Observation, ObservationKind, TwoWay, Uplink};
+use hil_sim::observation::{Observation, ObservationKind, OneWay, TwoWay};
 use hil_sim::scenario::{Effect, Exchange, Scenario, Slot};
 use hil_sim::truth::{Actuators, VehicleTruth};
 use hil_sim::world::World;
@@ -54,7 +54,7 @@ fn flown(scenario: &Scenario, seconds: u64) -> (Vec<Observation>, Vec<VehicleTru
     (all, truth, world)
 }
 
-fn downlinks(observations: &[Observation]) -> Vec<(u64, Downlink)> {
+fn downlinks(observations: &[Observation]) -> Vec<(u64, OneWay)> {
     let packet = |o: &Observation| match o.kind {
         ObservationKind::Downlink(downlink) => Some((o.time_us, downlink)),
         _ => None,
@@ -204,7 +204,7 @@ fn val_uplink_and_two_way_paths() {
     let (mut uplinks, mut pings) = (0, 0);
     for observation in &all {
         match observation.kind {
-            ObservationKind::Uplink(Uplink { tol_us, range_m, .. }) => {
+            ObservationKind::Uplink(OneWay { tol_us, range_m, .. }) => {
                 uplinks += 1;
                 let from = place(&truth, tol_us);
                 // The arrival is rounded to 1 µs, in which the ship moves 2 µm.

@@ -25,7 +25,6 @@ pub struct Nis {
 
 impl Nis {
     /// The mean; 1 if consistent.
-    #[must_use]
     pub fn mean(&self) -> f64 {
         self.sum / self.count as f64
     }
@@ -64,7 +63,6 @@ pub struct Configuration {
 
 impl Configuration {
     /// Root mean square of the error over the filter's own DRMS: above 1, the filter is overconfident.
-    #[must_use]
     pub fn rms_over_drms(&self) -> Option<f64> {
         self.drms_m.map(|drms_m| self.error.rms_m / drms_m)
     }

@@ -62,7 +62,6 @@ pub struct InputLine {
 
 impl InputLine {
     /// At a time, s.
-    #[must_use]
     pub fn at(&self, t_s: f64) -> ActuatorInput {
         let since_s = t_s - self.from_s;
         ActuatorInput {
@@ -94,25 +93,21 @@ impl Commands {
     }
 
     /// Whether some actuator has no sample.
-    #[must_use]
     pub fn is_incomplete(&self) -> bool {
         self.0.iter().any(Vec::is_empty)
     }
 
     /// Time of the first moment at which every command is known, s.
-    #[must_use]
     pub fn first_s(&self) -> f64 {
         self.0.iter().filter_map(|samples| Some(samples.first()?.0)).fold(0.0, f64::max)
     }
 
     /// Usual time between two samples of an actuator's command, s.
-    #[must_use]
     pub fn period_s(&self, actuator: usize) -> Option<f64> {
         median(&self.0[actuator].windows(2).map(|pair| pair[1].0 - pair[0].0).collect::<Vec<_>>())
     }
 
     /// What the actuators do, in order of time; before the first sample of its command an actuator rests at zero.
-    #[must_use]
     pub fn lines(&self, timing: &InputTiming) -> Vec<InputLine> {
         let mut changes: Vec<(f64, usize, f64, f64)> = Vec::new();
         for (actuator, (samples, hold)) in self.0.iter().zip(timing).enumerate() {

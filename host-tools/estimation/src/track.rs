@@ -20,7 +20,6 @@ pub struct TrackSample {
 impl TrackSample {
     /// Length of the semi-axes (m, larger first) of the one-sigma ellipse of the position and the
     /// bearing of the larger, rad from north.
-    #[must_use]
     pub fn ellipse(&self) -> ([f64; 2], f64) {
         let (a, b, c) = (self.sigma[X].powi(2), self.cov_xy_m2, self.sigma[Y].powi(2));
         let (mean, half) = (0.5 * (a + c), (0.25 * (a - c) * (a - c) + b * b).sqrt());
@@ -28,7 +27,6 @@ impl TrackSample {
     }
 
     /// √(σx² + σy²), the filter's own bound of the horizontal error (DRMS), m.
-    #[must_use]
     pub fn drms_m(&self) -> f64 {
         self.sigma[X].hypot(self.sigma[Y])
     }

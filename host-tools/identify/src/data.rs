@@ -116,13 +116,11 @@ impl IdentificationData {
     }
 
     /// Time covered, s.
-    #[must_use]
     pub fn duration_s(&self) -> f64 {
         self.samples.len() as f64 * PERIOD_S
     }
 
     /// The first share of the samples and the rest.
-    #[must_use]
     pub fn split(&self, share: f64) -> [Self; 2] {
         let cut = (self.samples.len() as f64 * share.clamp(0.0, 1.0)) as usize;
         [0..cut, cut..self.samples.len()].map(|part| {
@@ -157,7 +155,6 @@ impl LoggedInputs {
     }
 
     /// The commands as they were sampled.
-    #[must_use]
     pub fn commands(&self) -> &Commands {
         &self.commands
     }

@@ -42,13 +42,11 @@ impl PeriodInput {
     }
 
     /// The ends of the line in one step.
-    #[must_use]
     pub const fn step(&self, step: usize) -> &[ActuatorInput; 2] {
         &self.0[step]
     }
 
     /// After so many steps of integration: 0 is the start of the period, 2 its end.
-    #[must_use]
     pub fn at_step(&self, instant: usize) -> ActuatorInput {
         match instant {
             0 => self.0[0][0],
@@ -58,14 +56,12 @@ impl PeriodInput {
     }
 
     /// Mean over the period.
-    #[must_use]
     pub fn mean(&self) -> ActuatorInput {
         let [first, second] = self.0.map(|[from, to]| mean(&from, &to));
         mean(&first, &second)
     }
 
     /// Every actuator changed by a function of the mean over the period: what an effect makes of a command.
-    #[must_use]
     pub fn changed(&self, change: impl FnOnce(&ActuatorInput) -> ActuatorInput) -> Self {
         let mut before = self.mean();
         let mut after = change(&before);

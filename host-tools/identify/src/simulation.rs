@@ -119,7 +119,6 @@ pub struct Sensitive {
 
 impl Sensitive {
     /// At the start.
-    #[must_use]
     pub fn new(start: &VehicleState) -> Self {
         let mut sensitivity = Sensitivity::zeros();
         sensitivity.fixed_columns_mut::<OUTPUTS>(EXTENDED).fill_with_identity();

@@ -38,7 +38,6 @@ pub fn nothing_changes(data: &IdentificationData) -> Option<Validation> {
 impl Validation {
     /// Whether another predicts better, all outputs together: the mean logarithm of the errors' ratios, so that no unit
     /// outweighs another.
-    #[must_use]
     pub fn is_worse_than(&self, other: &Self) -> bool {
         let ratios =
             self.mean_absolute.iter().zip(&other.mean_absolute).filter(|(own, other)| **own > 0.0 && **other > 0.0);

@@ -69,7 +69,6 @@ impl<P: Ports> Client<P> {
     }
 
     /// What it signs by.
-    #[must_use]
     pub fn key(&self) -> Key {
         self.key
     }

@@ -60,7 +60,6 @@ impl FirmwareImage {
     }
 
     /// As the board is told of it.
-    #[must_use]
     pub fn announced(&self) -> Image {
         Image { length: self.bytes.len() as u32, crc: CRC.checksum(&self.bytes), build: self.build }
     }

@@ -37,7 +37,6 @@ impl Pty {
     }
 
     /// The path the backseat opens.
-    #[must_use]
     pub fn path(&self) -> &str {
         &self.path
     }

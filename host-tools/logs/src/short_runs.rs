@@ -99,7 +99,6 @@ impl Configuration {
 impl ShortRuns {
     /// The configuration of a run by its settings: the one of which it has most, the first of equals; with whether it has
     /// all of them.
-    #[must_use]
     pub fn configuration_of(&self, facts: &[(String, String)]) -> Option<(usize, bool)> {
         let mut best: Option<(usize, usize, bool)> = None;
         for (place, configuration) in self.configurations.iter().enumerate() {

@@ -138,7 +138,6 @@ impl Scatter {
     }
 
     /// Name of each with its sigma, as in reports.
-    #[must_use]
     pub fn rows(&self) -> [(&'static str, f64); 12] {
         let ([m1, m2, m4, m5], [d1, d2, d4, d5]) = (self.mass, self.drag);
         [

@@ -39,7 +39,6 @@ pub struct Progress {
 
 impl Progress {
     /// A bar of this length; `what` stands before it.
-    #[must_use]
     pub fn new(what: impl Into<String>, length: usize) -> Self {
         let bar = ProgressBar::with_draw_target(Some(length as u64), ProgressDrawTarget::hidden());
         let style = ProgressStyle::with_template("{msg} {wide_bar} {pos} of {len}, {eta} left");
@@ -80,7 +79,6 @@ pub struct Spinner {
 
 impl Spinner {
     /// A spinner; `what` stands before what is being done.
-    #[must_use]
     pub fn new(what: &'static str) -> Self {
         let bar = ProgressBar::new_spinner().with_prefix(what);
         if let Ok(style) = ProgressStyle::with_template("{spinner} {prefix}: {msg} ({elapsed})") {

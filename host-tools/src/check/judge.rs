@@ -136,11 +136,7 @@ fn device(look: &Look, port: Port) -> CheckLine {
     let all = (after.accepted_frames[index], after.rejected_frames[index]);
     // A modem without packets is silent; it answers when it is configured.
     let heard = if port == Port::Modem { all.0 > 0 } else { accepted > 0 };
-    let verdict = match (needed, heard, rejected > accepted) {
-        (_, true, false) => Verdict::Pass,
-        (false, false, _) => Verdict::Note,
-        _ => Verdict::Fail,
-    };
+    let verdict = Verdict::graded(heard && rejected <= accepted, !needed && !heard);
     let seconds = look.watched.as_secs();
     let unused = if needed { "" } else { "; the parameters do not use this port" };
     let found = format!(
@@ -160,11 +156,7 @@ fn losses(look: &Look) -> CheckLine {
         .filter(|(_, (_, all))| *all > 0)
         .map(|(name, (before, all))| format!("{name} {} ({all} since start)", all.saturating_sub(*before)))
         .collect();
-    let verdict = match (losses.is_empty(), before.receive_losses == after.receive_losses) {
-        (true, _) => Verdict::Pass,
-        (false, true) => Verdict::Note,
-        (false, false) => Verdict::Fail,
-    };
+    let verdict = Verdict::graded(losses.is_empty(), before.receive_losses == after.receive_losses);
     let found = match losses.is_empty() {
         true => "none on any port since start".to_owned(),
         false => format!("in {} s: {}", look.watched.as_secs(), losses.join(", ")),
@@ -176,11 +168,7 @@ fn losses(look: &Look) -> CheckLine {
 fn steps(look: &Look) -> CheckLine {
     let (before, after) = &look.counters;
     let during = after.late_steps.saturating_sub(before.late_steps);
-    let verdict = match (during, after.late_steps) {
-        (0, 0) => Verdict::Pass,
-        (0, _) => Verdict::Note,
-        _ => Verdict::Fail,
-    };
+    let verdict = Verdict::graded(after.late_steps == 0, during == 0);
     let found = match after.late_steps {
         0 => "all in time since start".to_owned(),
         all => format!(
@@ -291,12 +279,7 @@ fn pps(look: &Look) -> CheckLine {
         if after.synchronised { "UTC is synchronised to them" } else { "UTC is not synchronised to them" };
     let found = format!("{edges} edges in {seconds} s, {synchronised}");
     let steady = u64::from(edges).abs_diff(seconds) <= 1 && after.synchronised;
-    let verdict = match (steady, uses_ranges(look)) {
-        (true, _) => Verdict::Pass,
-        (false, true) => Verdict::Fail,
-        (false, false) => Verdict::Note,
-    };
-    CheckLine::new(verdict, "PPS", found)
+    CheckLine::new(Verdict::graded(steady, !uses_ranges(look)), "PPS", found)
 }
 
 fn mode(look: &Look) -> CheckLine {

@@ -34,7 +34,7 @@ pub fn object(topside: &Topside, time_us: u64, events: &[Value]) -> Value {
             "pulse": clock.pulse.as_str(),
             "age_s": time_us.saturating_sub(clock.time_us) as f64 * 1e-6,
         })),
-        "cycle": {"period_s": topside.slots().period_s(), "slots": topside.slots().slots().iter().map(slot).collect::<Vec<_>>()},
+        "cycle": {"period_s": topside.config().slots.period_s(), "slots": topside.config().slots.slots().iter().map(slot).collect::<Vec<_>>()},
         "sent": topside.sent(),
         "last_sent_s": topside.last_sent().map(|sent| sent.state.transmit_s),
         "abort": topside.aborting().map(|(destination, left)| json!({"destination": destination, "packets_left": left})),

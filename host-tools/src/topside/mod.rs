@@ -122,7 +122,8 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
 
 /// What the configuration means.
 fn check(topside: &Topside, vehicles: &[Vehicle], as_json: bool) -> anyhow::Result<()> {
-    let (table, config) = (topside.slots(), topside.config());
+    let config = topside.config();
+    let table = &config.slots;
     if as_json {
         return console::print(format!("{}\n", json::object(topside, 0, &[])).as_bytes());
     }

@@ -16,7 +16,7 @@ const EVENTS: usize = 200;
 /// The past.
 pub struct Model {
     /// Ship, then the vehicles.
-    paths: Vec<VecDeque<[f64; 2]>>,
+    pub paths: Vec<VecDeque<[f64; 2]>>,
     path_us: u64,
     events: VecDeque<(String, bool, String)>,
     /// Devices that are gone.
@@ -65,11 +65,6 @@ impl Model {
                 path.pop_front();
             }
         }
-    }
-
-    /// Tracks of the ship and of the vehicles, north and east, m.
-    pub fn paths(&self) -> &[VecDeque<[f64; 2]>] {
-        &self.paths
     }
 
     /// The last events, oldest first: when, whether it is a trouble, what.

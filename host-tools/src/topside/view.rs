@@ -107,7 +107,7 @@ fn map(frame: &mut Frame<'_>, area: Rect, topside: &Topside, model: &Model, utc_
     let estimates: Vec<Option<VehicleEstimate>> =
         topside.tracks().iter().map(|track| utc_us.and_then(|us| track.at(us))).collect();
     let places = estimates.iter().flatten().map(|estimate| estimate.position_m);
-    let all = model.paths().iter().flatten().copied().chain(places).chain(ship.map(|ship| ship.position_m));
+    let all = model.paths.iter().flatten().copied().chain(places).chain(ship.map(|ship| ship.position_m));
     let Some(window) = Window::around(all, LEAST_M, area) else {
         let inner = panel(frame, area, "map", "north up");
         frame.render_widget(Paragraph::new("no position yet").style(faint()), inner);
@@ -116,7 +116,7 @@ fn map(frame: &mut Frame<'_>, area: Rect, topside: &Topside, model: &Model, utc_
     let inner = panel(frame, area, "map", &format!("north up, {:.0} m wide, 95 %", window.width_m()));
     let [x_bounds, y_bounds] = window.bounds();
     let canvas = Canvas::default().marker(Marker::Braille).x_bounds(x_bounds).y_bounds(y_bounds).paint(|map| {
-        for (path, index) in model.paths().iter().zip(0_usize..) {
+        for (path, index) in model.paths.iter().zip(0_usize..) {
             let colour = index.checked_sub(1).map_or(Color::Magenta, |i| VEHICLE_COLOURS[i % VEHICLE_COLOURS.len()]);
             let points: Vec<(f64, f64)> = path.iter().map(|[north, east]| (*east, *north)).collect();
             map.draw(&Points { coords: &points, color: colour });
@@ -167,7 +167,7 @@ fn draw_vehicles(frame: &mut Frame<'_>, area: Rect, topside: &Topside, vehicles:
 }
 
 fn draw_slots(frame: &mut Frame<'_>, area: Rect, topside: &Topside, utc_us: Option<u64>) {
-    let table = topside.slots();
+    let table = &topside.config().slots;
     let inner = panel(frame, area, "cycle", &format!("{} s", table.period_s()));
     let next = utc_us.and_then(|us| table.next(us / 1_000_000 + 1));
     let line = |slot: &Slot| {

@@ -63,7 +63,6 @@ pub enum Hold {
 
 impl Hold {
     /// One word for files.
-    #[must_use]
     pub const fn name(&self) -> &'static str {
         match self {
             Self::GnssSilent => "gnss_silent",
@@ -85,7 +84,6 @@ impl Hold {
     }
 
     /// Whether pings, which need no common clock, are sent all the same.
-    #[must_use]
     pub const fn permits_pings(&self) -> bool {
         !matches!(
             self,

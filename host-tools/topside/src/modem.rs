@@ -47,13 +47,11 @@ impl ClockHealth {
     }
 
     /// It was set from outside.
-    #[must_use]
     pub fn is_set(&self) -> bool {
         !matches!(self.clock.as_str(), "" | "NONE" | "RTC")
     }
 
     /// It runs on an external pulse.
-    #[must_use]
     pub fn has_pulse(&self) -> bool {
         matches!(self.pulse.as_str(), "EXT" | "EXT_SYNC")
     }

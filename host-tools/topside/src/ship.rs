@@ -41,7 +41,6 @@ pub struct ShipEstimate {
 
 impl ShipEstimate {
     /// The larger sigma of the two axes, m.
-    #[must_use]
     pub fn sigma_m(&self) -> f64 {
         self.position_sigma_m[0].max(self.position_sigma_m[1])
     }
@@ -98,7 +97,6 @@ pub struct ShipFilter {
 
 impl ShipFilter {
     /// Knows nothing until the first fix; allows for this acceleration.
-    #[must_use]
     pub fn new(acceleration_mps2_per_sqrt_hz: f64) -> Self {
         let density = acceleration_mps2_per_sqrt_hz * acceleration_mps2_per_sqrt_hz;
         Self {
@@ -187,7 +185,6 @@ impl ShipFilter {
     }
 
     /// The ship at a time; `None` before the first fix.
-    #[must_use]
     pub fn at(&self, time_us: u64) -> Option<ShipEstimate> {
         let [north, east] = self.predicted(time_us)?;
         let root = |variance: f64| libm::sqrt(variance.max(0.0));
@@ -201,13 +198,11 @@ impl ShipFilter {
     }
 
     /// When the last fix was taken, UTC µs; `None` before the first.
-    #[must_use]
     pub fn fix_us(&self) -> Option<u64> {
         self.axes.map(|_| self.time_us)
     }
 
     /// Fixes that were not believed.
-    #[must_use]
     pub fn refused(&self) -> u32 {
         self.refused
     }

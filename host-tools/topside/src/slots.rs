@@ -159,25 +159,21 @@ impl SlotTable {
     }
 
     /// Length of the cycle, s.
-    #[must_use]
     pub const fn period_s(&self) -> u32 {
         self.period_s
     }
 
     /// The slots in the order of their offsets.
-    #[must_use]
     pub fn slots(&self) -> &[Slot] {
         &self.slots
     }
 
     /// How long things take.
-    #[must_use]
     pub const fn airtime(&self) -> &Airtime {
         &self.airtime
     }
 
     /// The next launch at or after `from_s` (seconds since 1970), and its slot.
-    #[must_use]
     pub fn next(&self, from_s: u64) -> Option<(u64, Slot)> {
         let period_s = u64::from(self.period_s);
         let within = from_s % period_s;

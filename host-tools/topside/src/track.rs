@@ -47,7 +47,6 @@ pub struct VehicleEstimate {
 
 impl VehicleEstimate {
     /// One sigma along the larger half axis of the error ellipse, m.
-    #[must_use]
     pub fn sigma_m(&self) -> f64 {
         let [a, b, c] = self.covariance_m2;
         libm::sqrt((0.5 * (a + b) + libm::hypot(0.5 * (a - b), c)).max(0.0))
@@ -73,7 +72,6 @@ pub struct Track {
 
 impl Track {
     /// A vehicle that was never heard.
-    #[must_use]
     pub fn new(vehicle: u8, acceleration_mps2_per_sqrt_hz: f64) -> Self {
         let density = acceleration_mps2_per_sqrt_hz * acceleration_mps2_per_sqrt_hz;
         Self {
@@ -90,31 +88,26 @@ impl Track {
     }
 
     /// The last report.
-    #[must_use]
     pub fn report(&self) -> Option<&VehicleState> {
         self.report.as_ref()
     }
 
     /// What the vehicle names of what has changed.
-    #[must_use]
     pub fn names(&self) -> &Names {
         &self.names
     }
 
     /// Ranges that changed the track, and those that were refused.
-    #[must_use]
     pub fn ranges(&self) -> [u32; 2] {
         [self.ranges, self.refused]
     }
 
     /// When the last report or range was valid, UTC µs; `None` before the first.
-    #[must_use]
     pub fn heard_us(&self) -> Option<u64> {
         self.filter.map(|_| self.time_us)
     }
 
     /// The vehicle at a time not before the last report or range.
-    #[must_use]
     pub fn at(&self, time_us: u64) -> Option<VehicleEstimate> {
         let (x, p) = self.predicted(time_us)?;
         Some(VehicleEstimate {
@@ -127,7 +120,6 @@ impl Track {
     /// Beyond this distance from [`Self::at`] the vehicle is with the probability only of the level that it reported, m:
     /// that level, how far the track is from the report, and what a report loses with time. `None` where nothing bounds
     /// it.
-    #[must_use]
     pub fn level_at(&self, time_us: u64) -> Option<f64> {
         let report = self.report?;
         let level_m = report.level_m[0]?;

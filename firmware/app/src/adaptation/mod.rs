@@ -96,7 +96,7 @@ impl Adaptation {
 
     /// Takes the latest samples.
     fn listen(&mut self, inputs: &Inputs, settings: &Settings) {
-        let samples = inputs.latest();
+        let samples = &inputs.latest;
         self.attitude.take(samples.euler_rad);
         self.rates.take(samples.rates_radps);
         let water_track = settings.app.use_water_track && samples.water_mps.is_some();
@@ -136,7 +136,7 @@ impl Adaptation {
             time_us,
             attitude,
             velocity: Vector6::new(velocity.x, velocity.y, velocity.z, p, q, r),
-            input: inputs.actuators().mean(since_us, time_us).ok_or(Activity::NotUnderWay)?,
+            input: inputs.actuators.mean(since_us, time_us).ok_or(Activity::NotUnderWay)?,
         })
     }
 

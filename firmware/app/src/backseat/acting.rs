@@ -41,13 +41,13 @@ impl Backseat {
         let Self { estimator, consequences, separation, parameters, steering, modes, inputs, .. } = self;
         let settings = &parameters.active().app;
         let is_nominal = modes.present() == (Mode::Navigating, ModeReason::Nominal);
-        let line = steering.line().filter(|_| is_nominal && !steering.is_returning());
+        let line = steering.line().filter(|_| is_nominal && !steering.returning);
         let naming = estimator.naming();
         if let (Some((leg, segment)), true) = (&line, separation.may_ask(now_us, settings))
             && let Some(causes) = naming.undecided()
         {
-            let (filter, x) = (estimator.navigator().nominal(), estimator.output());
-            let input = inputs.actuators().at(now_us);
+            let (filter, x) = (estimator.navigator().nominal(), &estimator.output);
+            let input = inputs.actuators.at(now_us);
             let gain = |manoeuvre| naming.expected_gain(manoeuvre, filter, x, input);
             separation.ask(now_us, (*leg, segment), x, settings.separate, causes, naming.log_odds(causes), gain);
         }

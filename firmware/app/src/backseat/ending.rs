@@ -51,7 +51,7 @@ impl Backseat {
         estimator.set_depth_drift(safety.depth_drift_sigma_m());
         let Decision::End { reason, action, home } = decision else { return };
         match (action, home) {
-            (Action::Return, Some(home)) if steering.return_to(home, estimator.output()) => {
+            (Action::Return, Some(home)) if steering.return_to(home, &estimator.output) => {
                 safety.new_leg();
                 return modes.returns_by(reason);
             }
@@ -71,10 +71,10 @@ impl Backseat {
     /// The vehicle as its last resort sees it.
     pub(super) fn last_resort_facts(&self, now_us: u64) -> LastResortFacts {
         let navigator = self.estimator.navigator();
-        let estimate = navigator.is_initialised().then(|| self.estimator.output()[Z]);
+        let estimate = navigator.is_initialised().then(|| self.estimator.output[Z]);
         LastResortFacts {
             now_us,
-            depth_m: fresh(self.inputs.latest().depth_m, now_us, PRESSURE_AGE_US).or(estimate),
+            depth_m: fresh(self.inputs.latest.depth_m, now_us, PRESSURE_AGE_US).or(estimate),
             depth_max_m: self.parameters.active().app.safety.depth_max_m,
             frontseat_leak: self.links.frontseat.leaks(),
             under_way: self.steering.under_way(),

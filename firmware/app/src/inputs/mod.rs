@@ -64,8 +64,9 @@ impl LatestSamples {
 /// Samples that wait for the filter, the latest of each source, and the commands of the actuators.
 pub(crate) struct Inputs {
     queue: Queue<SensorSample>,
-    latest: LatestSamples,
-    actuators: ActuatorHistory,
+    /// The latest samples handed out, in body axes, at their sensors.
+    pub latest: LatestSamples,
+    pub actuators: ActuatorHistory,
 }
 
 impl Inputs {
@@ -102,18 +103,9 @@ impl Inputs {
         Some((time_us, sample))
     }
 
-    /// The latest samples handed out, in body axes, at their sensors.
-    pub fn latest(&self) -> &LatestSamples {
-        &self.latest
-    }
-
     /// Samples dropped because too many waited.
     pub fn overflows(&self) -> u32 {
-        self.queue.dropped()
-    }
-
-    pub fn actuators(&self) -> &ActuatorHistory {
-        &self.actuators
+        self.queue.dropped
     }
 
     /// Adds a command that holds from `time_us` on.

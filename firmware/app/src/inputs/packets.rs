@@ -38,7 +38,6 @@ const SHIP_MAX_MPS: f64 = 20.0;
 
 /// Why a packet gave no range.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Loss {
     /// Its start came while the filter was not initialised.
     NotReady,

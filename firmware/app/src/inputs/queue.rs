@@ -12,7 +12,8 @@ pub const QUEUE_LENGTH: usize = 256;
 pub struct Queue<T> {
     /// Latest first, so that taking the earliest is cheap.
     samples: Vec<(u64, T), QUEUE_LENGTH>,
-    dropped: u32,
+    /// Samples dropped because the queue was full.
+    pub dropped: u32,
 }
 
 impl<T> Queue<T> {
@@ -38,11 +39,6 @@ impl<T> Queue<T> {
 
     pub fn clear(&mut self) {
         self.samples.clear();
-    }
-
-    /// Samples dropped because the queue was full.
-    pub fn dropped(&self) -> u32 {
-        self.dropped
     }
 }
 
@@ -71,7 +67,7 @@ mod tests {
         for i in 0..QUEUE_LENGTH as u64 + 3 {
             queue.push(i, i);
         }
-        assert_eq!(queue.dropped(), 3);
+        assert_eq!(queue.dropped, 3);
         assert_eq!(queue.pop_until(u64::MAX), Some((3, 3)));
     }
 }

@@ -46,7 +46,7 @@ pub struct AhrsLink {
     last_us: Option<u64>,
     asked_us: Option<u64>,
     /// Samples handed on, and the last of them.
-    samples: u32,
+    pub samples: u32,
     last: Held<AhrsSample>,
     attitude: Repeats,
     rates: Repeats,
@@ -156,11 +156,6 @@ impl AhrsLink {
             AhrsProtocol::Os5000 => self.os5000.counts(),
         };
         [framer, &self.counts]
-    }
-
-    /// Samples handed on.
-    pub fn samples(&self) -> u32 {
-        self.samples
     }
 
     /// The last of them.

@@ -12,9 +12,10 @@ pub struct DvlLink {
     pd4: pd4::Decoder,
     pd6: pd6::Decoder,
     /// Samples handed on, and the last of them.
-    samples: u32,
+    pub samples: u32,
     last: Held<DvlSample>,
-    altitude_m: Latest<f64>,
+    /// The last altitude, and its arrival, µs.
+    pub altitude_m: Latest<f64>,
 }
 
 impl DvlLink {
@@ -72,16 +73,6 @@ impl DvlLink {
             // PD6 stands unused when the frontseat relays its own DVL
             DvlSource::Pd6 | DvlSource::Frontseat => self.pd6.counts(),
         }
-    }
-
-    /// Samples handed on.
-    pub fn samples(&self) -> u32 {
-        self.samples
-    }
-
-    /// The last altitude, and its arrival, µs.
-    pub fn altitude_m(&self) -> Latest<f64> {
-        self.altitude_m
     }
 
     /// The last of them.

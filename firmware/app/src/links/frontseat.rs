@@ -21,7 +21,7 @@ const POWER_WAIT_US: u64 = 2_000_000;
 pub struct FrontseatLink {
     framer: Framer,
     counts: Counts,
-    status: Status,
+    pub status: Status,
     /// When compass, state and GPS are asked for next.
     due_us: [u64; 3],
     /// When power is.
@@ -29,25 +29,25 @@ pub struct FrontseatLink {
 }
 
 /// The frontseat's own reports: mode, refusals, acknowledgements, echo.
-struct Status {
+pub struct Status {
     /// Any good sentence.
-    last_us: Option<u64>,
+    pub last_us: Option<u64>,
     mode: Option<FrontseatMode>,
     /// Commands are refused since then.
-    refused_since_us: Option<u64>,
+    pub refused_since_us: Option<u64>,
     /// `$OMSTOP` was last acknowledged.
-    stop_acknowledged_us: Option<u64>,
+    pub stop_acknowledged_us: Option<u64>,
     /// Fins and motor as the frontseat last echoed them, and when.
-    echo: Option<(u64, ServoBytes)>,
+    pub echo: Option<(u64, ServoBytes)>,
     /// What it says of leaks: in its power sentence, and as the error of its state.
     leaks: [bool; 2],
     /// Its state names too little power as its error.
     flat: bool,
     charge_percent: Option<f64>,
     /// Of its altimeter or its DVL, over the bottom, and its arrival, µs.
-    altitude_m: Latest<f64>,
+    pub altitude_m: Latest<f64>,
     /// Horizontal dilution of precision of the last `$GPGGA`.
-    hdop: Option<f64>,
+    pub hdop: Option<f64>,
 }
 
 impl FrontseatLink {
@@ -146,16 +146,6 @@ impl FrontseatLink {
         ToFrontseat::Request(request).emit(&settings.units, buffer).map(Some)
     }
 
-    /// When `$OMSTOP` was last acknowledged, µs.
-    pub fn stop_acknowledged_us(&self) -> Option<u64> {
-        self.status.stop_acknowledged_us
-    }
-
-    /// When the frontseat was last heard, µs.
-    pub fn last_us(&self) -> Option<u64> {
-        self.status.last_us
-    }
-
     /// Whether it reports water in the hull.
     pub fn leaks(&self) -> bool {
         self.status.leaks.contains(&true)
@@ -166,29 +156,9 @@ impl FrontseatLink {
         if self.status.flat { Some(0.0) } else { self.status.charge_percent }
     }
 
-    /// Horizontal dilution of precision that the receiver last said.
-    pub fn hdop(&self) -> Option<f64> {
-        self.status.hdop
-    }
-
-    /// Altitude over the bottom, m, and its arrival, µs.
-    pub fn altitude_m(&self) -> Latest<f64> {
-        self.status.altitude_m
-    }
-
-    /// Since when the frontseat refuses commands, µs.
-    pub fn refused_since_us(&self) -> Option<u64> {
-        self.status.refused_since_us
-    }
-
     /// Starts counting refusals afresh.
     pub fn forget_refusal(&mut self) {
         self.status.refused_since_us = None;
-    }
-
-    /// The echo of fins and motor, and when it came.
-    pub fn echo(&self) -> Option<(u64, ServoBytes)> {
-        self.status.echo
     }
 
     /// Frames accepted and rejected by cause: the framer's, and beyond it.
@@ -247,8 +217,7 @@ fn push_fix(
     }
     clock.label(time_us, utc.unix_us(), micros(settings.installation.gnss_delay_s));
     let Some([lat_deg, lon_deg]) = rmc.position_deg else { return };
-    let own_us =
-        clock.local_us(utc.unix_us()).filter(|&us| clock.is_fine() && us <= time_us && time_us - us <= FIX_AGE_US);
+    let own_us = clock.local_us(utc.unix_us()).filter(|&us| clock.fine && us <= time_us && time_us - us <= FIX_AGE_US);
     let position_m = LocalFrame::new(settings.origin_lat_deg, settings.origin_lon_deg).to_local(lat_deg, lon_deg);
     sink(own_us.map_or(Stamp::Arrival(time_us), Stamp::Own), SensorSample::Fix { position_m });
 }

@@ -86,7 +86,7 @@ impl Links {
     /// Actuator input of the frontseat's last echo of its servo bytes, and the echo's arrival, µs.
     #[must_use]
     pub fn echo(&self, settings: &AppSettings) -> Option<(u64, ActuatorInput)> {
-        self.frontseat.echo().map(|(time_us, bytes)| (time_us, actuators_of(&bytes, settings)))
+        self.frontseat.status.echo.map(|(time_us, bytes)| (time_us, actuators_of(&bytes, settings)))
     }
 
     /// Counters of a port's decoders: frames, and errors inside good frames.
@@ -106,8 +106,8 @@ impl Links {
         match port {
             Port::Frontseat => self.frontseat.counts()[1].accepted(),
             Port::Modem => self.modem.counts()[1].accepted(),
-            Port::Dvl => self.dvl.samples(),
-            Port::Ahrs => self.ahrs.samples(),
+            Port::Dvl => self.dvl.samples,
+            Port::Ahrs => self.ahrs.samples,
             Port::Host => 0,
         }
     }
@@ -125,7 +125,7 @@ impl Links {
 
     /// The DVL's last altitude, and its arrival, µs.
     pub(crate) fn dvl_altitude_m(&self) -> Latest<f64> {
-        self.dvl.altitude_m()
+        self.dvl.altitude_m
     }
 
     pub(crate) fn ahrs_sample(&self) -> Option<&AhrsSample> {

@@ -29,7 +29,7 @@ pub struct ModemLink {
     /// The frame that the modem asks for.
     request: Held<DataRequest>,
     /// Clock and pulse were good when the last packet arrived.
-    synchronous: bool,
+    pub synchronous: bool,
 }
 
 impl ModemLink {
@@ -56,11 +56,6 @@ impl ModemLink {
         let request = self.request.get().copied();
         self.request.clear();
         request
-    }
-
-    /// Clock and pulse of the modem were good when the last packet arrived.
-    pub fn is_synchronous(&self) -> bool {
-        self.synchronous
     }
 
     /// Decodes what came in at `time_us`.

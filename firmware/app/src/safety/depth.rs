@@ -76,12 +76,13 @@ pub struct DepthCrossCheck {
     /// -u sin θ minus the rate of pressure, in steady flight, m/s.
     rate_mps: f64,
     /// What has departed from it, m, with either memory.
-    drift_m: f64,
-    recent_m: f64,
+    pub drift_m: f64,
+    /// By how much it is deeper by the last two minutes, m.
+    pub recent_m: f64,
     /// The most of it, m, forgotten as it is: it crosses zero by chance.
     most_m: f64,
     /// The rate of pressure, m/s.
-    sink_mps: f64,
+    pub sink_mps: f64,
 }
 
 impl DepthCrossCheck {
@@ -99,24 +100,9 @@ impl DepthCrossCheck {
         }
     }
 
-    /// By how much the vehicle is deeper than the pressure sensor says, m.
-    pub fn drift_m(&self) -> f64 {
-        self.drift_m
-    }
-
     /// One sigma of depth that covers it, m.
     pub fn sigma_m(&self) -> f64 {
         SIGMA_PER_DRIFT * self.most_m
-    }
-
-    /// By how much it is deeper by the last two minutes, m.
-    pub fn recent_m(&self) -> f64 {
-        self.recent_m
-    }
-
-    /// Downwards by the pressure sensor, m/s: a vehicle that is too heavy sinks with its nose up.
-    pub fn sink_mps(&self) -> f64 {
-        self.sink_mps
     }
 
     /// Another step.
@@ -216,7 +202,7 @@ mod tests {
     }
 
     fn drift_after(seconds: u32, flight: impl Fn(f64) -> DepthStep) -> f64 {
-        after(seconds, flight).drift_m()
+        after(seconds, flight).drift_m
     }
 
     /// The angle of attack and the pitch sensor's error are learned.
@@ -232,12 +218,12 @@ mod tests {
     fn val_a_drifting_sensor_shows_in_pitch() {
         let flight = |t: f64| DepthStep { pitch_rad: if t < 200.0 { -0.04 } else { -0.0901 }, ..STEADY };
         let check = after(400, flight);
-        let drift_m = check.drift_m();
+        let drift_m = check.drift_m;
         assert!((drift_m - 6.86).abs() < 0.05, "{drift_m}");
         // the largest drift is that of the step before: within 5 mm
         assert!((check.sigma_m() - 2.0 * drift_m).abs() < 0.02);
         // the short memory: T = 100 s, M = 120 s
-        let recent_m = after(300, flight).recent_m();
+        let recent_m = after(300, flight).recent_m;
         assert!((recent_m - 2.97).abs() < 0.05, "{recent_m}");
     }
 

@@ -10,7 +10,8 @@ type Place = [f64; 2];
 /// A simple polygon, convex or not; without corners there is none, and everything is inside.
 #[derive(Clone, Debug)]
 pub struct Fence {
-    corners_m: Vec<Place, MAX_FENCE_CORNERS>,
+    /// North and east, m.
+    pub corners_m: Vec<Place, MAX_FENCE_CORNERS>,
 }
 
 impl Fence {
@@ -20,11 +21,6 @@ impl Fence {
 
     pub fn clear(&mut self) {
         self.corners_m.clear();
-    }
-
-    /// North and east, m.
-    pub fn corners_m(&self) -> &[Place] {
-        &self.corners_m
     }
 
     /// Another corner.

@@ -93,7 +93,7 @@ impl SafetyMonitor {
     pub fn may_start(&self, observed: &Observed<'_>) -> Result<(), ModeReason> {
         let Observed { settings, links, estimator, steering, fence, last_resort, .. } = *observed;
         last_resort.test(&settings.fittings)?;
-        let x = estimator.output();
+        let x = &estimator.output;
         let place_m = estimator.navigator().is_initialised().then(|| [x[X], x[Y]]);
         let surface_m = self.surface.mean_m().filter(|_| asks_surface(settings));
         let (leak, charge_percent) = (links.frontseat.leaks(), links.frontseat.charge_percent());
@@ -121,7 +121,7 @@ impl SafetyMonitor {
             self.restart();
             return Decision::Idle;
         };
-        let x = estimator.output();
+        let x = &estimator.output;
         let place_m = [x[X], x[Y]];
         let has_clock = has_clock(now_us, observed.clock);
         self.progress.follow(now_us, leg, place_m, has_clock);
@@ -136,12 +136,12 @@ impl SafetyMonitor {
 
     fn facts(&mut self, now_us: u64, observed: &Observed<'_>, target: &Waypoint, has_clock: bool) -> SafetyFacts {
         let Observed { settings, links, inputs, estimator, steering, fence, last_resort, degraded, .. } = *observed;
-        let (navigator, x) = (estimator.navigator(), estimator.output());
+        let (navigator, x) = (estimator.navigator(), &estimator.output);
         let sink_mps = body_to_ned(x, &[x[U], x[V], x[W]])[2];
         let pressure_m = pressure_m(observed);
         // as measured: a filter bends its pitch towards a depth that drifts, and the bank's jumps where it takes another
         // filter
-        let measured = fresh(inputs.latest().euler_rad, now_us, ATTITUDE_AGE_US);
+        let measured = fresh(inputs.latest.euler_rad, now_us, ATTITUDE_AGE_US);
         let [roll_rad, pitch_rad, _] = measured.unwrap_or([x[PHI], x[THETA], x[PSI]]);
         let dt_s = self.progress.step_s(now_us).min(LONGEST_STEP_S);
         self.depth.step(&DepthStep {
@@ -155,23 +155,23 @@ impl SafetyMonitor {
             leg_speed_mps: target.speed_mps,
         });
         let altitude = |latest| fresh(latest, now_us, ALTITUDE_AGE_US);
-        let altitudes = [altitude(links.dvl_altitude_m()), altitude(links.frontseat.altitude_m())];
+        let altitudes = [altitude(links.dvl_altitude_m()), altitude(links.frontseat.status.altitude_m)];
         let (leg_s, leg_expected_s) = self.progress.leg_times_s(now_us, target);
-        let heard_us = estimator.range_us().unwrap_or(0).max(self.progress.begun_us());
+        let heard_us = estimator.range_us.unwrap_or(0).max(self.progress.begun_us());
         let level = estimator.level().filter(|_| settings.alert_depth_m > 0.0);
         SafetyFacts {
             depth_m: pressure_m.max(x[Z]),
             depth_level_m: level.map_or(0.0, |level| level.vertical_m),
             pressure_m,
-            sink_mps: sink_mps.max(self.depth.sink_mps()),
+            sink_mps: sink_mps.max(self.depth.sink_mps),
             altitude_m: altitudes.into_iter().flatten().reduce(f64::min),
             pitch_rad: x[THETA],
             speed_mps: x[U],
             position_m: [x[X], x[Y]],
             outside_polygon: !fence.contains([x[X], x[Y]]),
             depth_jump_m: navigator.main().unconfirmed_sigma(Sensor::Depth) / JUMP_SHARE,
-            depth_drift_m: self.depth.drift_m(),
-            depth_recent_m: self.depth.recent_m(),
+            depth_drift_m: self.depth.drift_m,
+            depth_recent_m: self.depth.recent_m,
             has_fix: has_fix(now_us, inputs),
             asks_surface: asks_surface(settings),
             surface_m: self.surface.mean_m(),
@@ -180,12 +180,12 @@ impl SafetyMonitor {
             charge_percent: links.frontseat.charge_percent(),
             degraded,
             contact_s: seconds(heard_us, now_us),
-            clock_lost: settings.use_range && self.progress.had_clock() && !has_clock,
+            clock_lost: settings.use_range && self.progress.had_clock && !has_clock,
             leg_depth_m: target.depth_m,
             leg_s,
             leg_expected_s,
             mission_s: seconds(self.progress.begun_us(), now_us),
-            returning: steering.is_returning(),
+            returning: steering.returning,
         }
     }
 }
@@ -196,15 +196,15 @@ fn asks_surface(settings: &AppSettings) -> bool {
 }
 
 fn has_fix(now_us: u64, inputs: &Inputs) -> bool {
-    fresh(inputs.latest().fix_m, now_us, FIX_AGE_US).is_some()
+    fresh(inputs.latest.fix_m, now_us, FIX_AGE_US).is_some()
 }
 
 /// Of the pressure sensor, at the centre of gravity, m.
 fn pressure_m(observed: &Observed<'_>) -> f64 {
     let Observed { settings, inputs, estimator, .. } = *observed;
-    let x = estimator.output();
+    let x = &estimator.output;
     let arm_m = &settings.installation.depth_arm_m;
-    inputs.latest().depth_m.map_or(x[Z], |(_, depth_m)| depth_m - body_to_ned(x, arm_m)[2])
+    inputs.latest.depth_m.map_or(x[Z], |(_, depth_m)| depth_m - body_to_ned(x, arm_m)[2])
 }
 
 /// Whether an abort from the ship ends the mission that is under way or armed: it is for this vehicle, was sent since
@@ -213,7 +213,7 @@ fn pressure_m(observed: &Observed<'_>) -> f64 {
 pub fn aborts(abort: &Abort, now_us: u64, observed: &Observed<'_>) -> bool {
     let Observed { settings, clock, steering, .. } = *observed;
     let sent_us = u64::from(abort.transmit_s).saturating_mul(1_000_000);
-    let Some((present_us, started_us)) = clock.utc_us(now_us).zip(clock.utc_us(steering.armed_us())) else {
+    let Some((present_us, started_us)) = clock.utc_us(now_us).zip(clock.utc_us(steering.armed_us)) else {
         return false;
     };
     let is_new = sent_us >= started_us && sent_us.abs_diff(present_us) <= ABORT_AGE_US;
@@ -222,6 +222,6 @@ pub fn aborts(abort: &Abort, now_us: u64, observed: &Observed<'_>) -> bool {
 
 /// UTC rests on pulse edges, and they come.
 fn has_clock(now_us: u64, clock: &UtcClock) -> bool {
-    let age_us = clock.last_edge_us().map(|us| now_us.saturating_sub(us));
-    clock.is_fine() && age_us.is_some_and(|us| us < EDGE_AGE_US)
+    let age_us = clock.last_edge_us.map(|us| now_us.saturating_sub(us));
+    clock.fine && age_us.is_some_and(|us| us < EDGE_AGE_US)
 }

@@ -9,7 +9,8 @@ pub struct MissionProgress {
     leg: Option<u16>,
     leg_us: u64,
     leg_from_m: [f64; 2],
-    had_clock: bool,
+    /// There was a precise clock at some time.
+    pub had_clock: bool,
     step_us: Option<u64>,
 }
 
@@ -40,11 +41,6 @@ impl MissionProgress {
     /// When it began, µs.
     pub fn begun_us(&self) -> u64 {
         self.begun.map_or(0, |(time_us, _)| time_us)
-    }
-
-    /// There was a precise clock at some time.
-    pub fn had_clock(&self) -> bool {
-        self.had_clock
     }
 
     /// Since the leg began, and how long it takes by length and speed, s.

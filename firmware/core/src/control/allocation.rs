@@ -5,7 +5,6 @@ use nalgebra::{Matrix4, SMatrix, SVector, Vector4, Vector6};
 
 /// How moments become fin angles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum AllocationMethod {
     /// (3.1.4), for cruciform fins: yaw by top = −bottom, pitch by port = −starboard, roll by all four alike. If one
     /// fin of a pair has lost its effect, the other gives the whole force. The restoring moment holds the roll that

@@ -44,7 +44,6 @@ impl Aside {
 
 /// The table of manoeuvres.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Manoeuvre {
     /// Slower, then faster.
     Speed,

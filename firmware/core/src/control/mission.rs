@@ -21,7 +21,6 @@ pub struct Waypoint {
 
 /// Why a mission was refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum MissionError {
     /// More than [`MAX_WAYPOINTS`].
     TooMany,
@@ -148,7 +147,6 @@ impl Mission {
 
 /// How far a mission has got.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum MissionStatus {
     /// Not started, or stopped.
     #[default]

@@ -41,7 +41,6 @@ use trim::Trim;
 
 /// Which law steers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum ControlLaw {
     /// Kappa guidance and PD (3.31)-(3.34) corrected.
     Pd,
@@ -135,7 +134,6 @@ impl ControlConfig {
 
 /// Why a configuration was refused.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum ControlError {
     /// A parameter is not finite or outside its range.
     OutOfRange(ParameterError),

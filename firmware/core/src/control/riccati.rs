@@ -55,7 +55,6 @@ pub enum Horizon {
 
 /// Why there is no solution.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum RiccatiError {
     /// R is not positive definite.
     InputWeight,

@@ -88,7 +88,6 @@ pub fn parameters() -> impl Iterator<Item = ParameterId> {
 
 /// Why a set was refused.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum EffectError {
     /// There is no such effect, or it has no such parameter.
     Unknown,

@@ -6,7 +6,6 @@ use crate::dynamics::ParameterError;
 /// The parameter that is known, and with it the scale of θ: forces are not measured, so Y θ = 0 determines θ up to a
 /// factor. It is held at its declared value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Scale {
     /// m11 (dry mass and the small surge added mass). What adds mass, flooding, then appears as a change of all others.
     M11,
@@ -101,7 +100,6 @@ impl IdentificationConfig {
 
 /// Why the identifier did not start.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum ConfigError {
     /// A parameter of the prior is outside its range.

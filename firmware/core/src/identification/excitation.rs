@@ -9,7 +9,6 @@ use super::theta::{PARAMETERS, Theta};
 
 /// What the recent motion says about one parameter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Visibility {
     /// Held at its declared value: it is the scale.
     Known,

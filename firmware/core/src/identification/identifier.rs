@@ -18,7 +18,6 @@ const FASTEST: [f64; 6] = [30.0, 30.0, 30.0, 10.0, 10.0, 10.0];
 
 /// Outcome of a sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum SampleOutcome {
     /// [`Identifier::configure`] has not succeeded.
     NotConfigured,

@@ -110,7 +110,6 @@ const RULES: [Rule; 10] = [
 
 /// Numbers that are each in range but do not go together.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Inconsistent {
     rule: u8,
 }
@@ -140,7 +139,17 @@ impl Inconsistent {
     /// The same with the values at hand: one line for people.
     #[must_use]
     pub fn with_values(self, value: impl Fn(&str) -> Option<f64>) -> impl fmt::Display {
-        WithValues { inconsistent: self, value }
+        fmt::from_fn(move |f| {
+            write!(f, "{self}; ")?;
+            for (i, name) in self.parameters().iter().enumerate() {
+                let comma = if i == 0 { "" } else { ", " };
+                match value(name) {
+                    Some(value) => write!(f, "{comma}{name} = {value}")?,
+                    None => write!(f, "{comma}{name}")?,
+                }
+            }
+            Ok(())
+        })
     }
 }
 
@@ -153,27 +162,6 @@ impl fmt::Display for Inconsistent {
 
 #[cfg(not(target_os = "none"))]
 impl core::error::Error for Inconsistent {}
-
-#[cfg(not(target_os = "none"))]
-struct WithValues<F> {
-    inconsistent: Inconsistent,
-    value: F,
-}
-
-#[cfg(not(target_os = "none"))]
-impl<F: Fn(&str) -> Option<f64>> fmt::Display for WithValues<F> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}; ", self.inconsistent)?;
-        for (i, name) in self.inconsistent.parameters().iter().enumerate() {
-            let comma = if i == 0 { "" } else { ", " };
-            match (self.value)(name) {
-                Some(value) => write!(f, "{comma}{name} = {value}")?,
-                None => write!(f, "{comma}{name}")?,
-            }
-        }
-        Ok(())
-    }
-}
 
 /// Checks the joint conditions on parameters that are each in range; those on the cruise speed, m/s, only where it is
 /// known.

@@ -57,7 +57,6 @@ pub struct Learnt {
 
 /// Correlations that no covariance has; the two states whose correlation is the largest of those that contradict.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct NotPositiveDefinite(pub usize, pub usize);
 
 impl Learnt {

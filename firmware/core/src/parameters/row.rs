@@ -4,7 +4,6 @@ use core::fmt;
 
 /// What a parameter's number means.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Kind {
     /// Any number in the range.
     Real,
@@ -129,7 +128,6 @@ pub const fn count<S>(rows: &[Row<S>]) -> usize {
 
 /// A number outside its range.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ParameterError {
     /// Section and key of the vehicle file, e.g. `inertia.m_diag`.
     pub key: &'static str,

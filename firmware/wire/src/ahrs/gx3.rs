@@ -16,7 +16,6 @@ const MAX_GAP_TICKS: u32 = 10 * TICKS_PER_S;
 
 /// Which reply a frame is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u8)]
 pub enum Command {
     /// Acceleration, rate.
@@ -84,7 +83,6 @@ impl Command {
 
 /// One data reply, in units of the wire.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Reply {
     /// Which.
     pub command: Command,
@@ -104,7 +102,6 @@ pub struct Reply {
 
 /// What the device answers.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum FromGx3 {
     /// Data: the sample, with the timer unrolled, and which reply it was.
     Data(AhrsSample, Command),
@@ -114,7 +111,6 @@ pub enum FromGx3 {
 
 /// What the host sends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum ToGx3 {
     /// One reply.
     Poll(Command),

@@ -23,7 +23,6 @@ pub mod set {
 
 /// A packet whose checksum was verified.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Packet<'a> {
     /// Descriptor set.
     pub set: u8,
@@ -32,7 +31,6 @@ pub struct Packet<'a> {
 
 /// A field of a packet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Field<'a> {
     /// Descriptor.
     pub descriptor: u8,
@@ -42,7 +40,6 @@ pub struct Field<'a> {
 
 /// Answer to a command (field F1).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Answer {
     /// Descriptor of the command.
     pub command: u8,

@@ -9,7 +9,6 @@ use crate::units::G_MPS2;
 
 /// Content of one frame, body frame forward, starboard, down of the sensor.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct AhrsSample {
     /// Roll, pitch, heading, rad; the heading as measured, magnetic or true as the device is set up.
     pub euler_rad: Option<[f64; 3]>,

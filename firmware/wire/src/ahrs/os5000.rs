@@ -7,7 +7,6 @@ use crate::{Decimal, Error};
 
 /// One sentence, in SI units.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Os5000 {
     /// `C`: heading, [0, 2π), magnetic or true as the device is set up, rad.
     pub heading_rad: Option<f64>,

@@ -10,7 +10,6 @@ pub mod pd6;
 
 /// What one ping means to the vehicle.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct DvlSample {
     /// Velocity of the vehicle over ground, body frame forward, starboard, down, m/s.
     /// `None` without bottom lock and when [`Self::frame`] is not fixed to the vehicle.
@@ -36,7 +35,6 @@ pub struct DvlSample {
 
 /// Frame of the velocities on the wire.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Coordinates {
     /// Instrument axes; the mounting angle applies.
     #[default]

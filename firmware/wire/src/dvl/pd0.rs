@@ -11,7 +11,6 @@ pub const MAX_ENSEMBLE: usize = 2_048;
 
 /// One ensemble: the blocks a mission needs, as integers of the wire.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Ensemble {
     /// Fixed leader.
     pub fixed: Option<FixedLeader>,
@@ -25,7 +24,6 @@ pub struct Ensemble {
 
 /// Fixed leader (block 0000h).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct FixedLeader {
     /// Firmware version and revision.
     pub firmware: [u8; 2],
@@ -47,7 +45,6 @@ pub struct FixedLeader {
 
 /// Variable leader (block 0080h).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct VariableLeader {
     /// Ensemble number, with its most significant byte.
     pub ensemble: u32,
@@ -73,7 +70,6 @@ pub struct VariableLeader {
 
 /// Bottom track (block 0600h). Velocities are those of bottom and water relative to the instrument; -32768 is invalid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct BottomTrack {
     /// Vertical range of each beam, cm; 0 is invalid.
     pub range_cm: [u32; 4],

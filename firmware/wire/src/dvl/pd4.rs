@@ -11,7 +11,6 @@ pub const MAX_RECORD: usize = 88;
 
 /// One record, as integers of the wire. Velocities are those of the vehicle; -32768 is invalid.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Record {
     /// System configuration: coordinates, tilts, three-beam solutions, frequency.
     pub configuration: u8,
@@ -41,7 +40,6 @@ pub struct Record {
 
 /// The fields that only PD5 has.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Extended {
     /// Salinity, parts per thousand.
     pub salinity_ppt: u8,

@@ -10,7 +10,6 @@ pub const MAX_NAMED: usize = 2;
 
 /// What the identifier does with the motion, and why it rests where it rests.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Activity {
     /// Switched off, or its settings are unusable.
     #[default]
@@ -33,7 +32,6 @@ pub enum Activity {
 
 /// What the motion shows of one identified parameter.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Visibility {
     /// Nothing but noise depends on it: it stays where it is.
     #[default]
@@ -108,7 +106,6 @@ pub struct NamedCause {
 
 /// What a named cause is used for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum UsedFor {
     /// It is taken out, or never was in.
     #[default]
@@ -121,7 +118,6 @@ pub enum UsedFor {
 
 /// Why.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum DecisionReason {
     /// It is named with a probability of 90 % or more.
     #[default]
@@ -197,7 +193,6 @@ pub struct LearntStored {
 
 /// A fault of the vehicle that the board's fault monitor knows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum FaultCause {
     /// A fin (0 top, 1 bottom, 2 port, 3 starboard) lost lift and drag; magnitude: the share lost.
     Fin(u8),
@@ -211,7 +206,6 @@ pub enum FaultCause {
 
 /// Where the fault monitor stands.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum FaultState {
     /// It learns what is normal.
     #[default]

@@ -8,7 +8,6 @@ pub const UPDATE_CHUNK: usize = 256;
 
 /// Which image runs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[serde(default)]
 pub struct ImageId {
     /// First four bytes of its build ID (`readelf -n IMAGE`); 0: no image of a chip.

@@ -22,7 +22,6 @@ pub const MAX_FENCE_CORNERS: usize = 32;
 
 /// A serial port of the backseat.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Port {
     /// Iver3 frontseat computer.
     Frontseat,
@@ -123,7 +122,6 @@ pub enum ResetCause {
 
 /// The board's last start.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Restart {
     /// Why it started.
     pub cause: ResetCause,

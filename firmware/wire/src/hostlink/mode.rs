@@ -4,7 +4,6 @@ use serde::{Deserialize, Serialize};
 
 /// Where the backseat stands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Mode {
     /// Waiting for a first fix and sensors.
     Initialising = 1, // an Option's None is zero
@@ -20,7 +19,6 @@ pub enum Mode {
 
 /// Why the mode is what it is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum ModeReason {
     /// Nothing to complain about.
     Nominal,

@@ -13,7 +13,6 @@ use crate::gps::{Gga, Rmc};
 
 /// Unit of a depth or height on the wire.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum LengthUnit {
     /// International feet.
     Feet,
@@ -23,7 +22,6 @@ pub enum LengthUnit {
 
 /// What the frontseat's version makes of its lengths.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Units {
     /// Depth in `$OMS`.
     pub command_depth: LengthUnit,
@@ -48,7 +46,6 @@ impl Units {
 
 /// What the frontseat sends.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum FromFrontseat<'a> {
     /// `$C`: compass.
     Compass(Compass),
@@ -68,7 +65,6 @@ pub enum FromFrontseat<'a> {
 
 /// What the backseat sends.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum ToFrontseat<'a> {
     /// `$OSD`: ask for sentences.
     Request(Request),
@@ -93,7 +89,6 @@ pub enum ToFrontseat<'a> {
 
 /// `$C<heading>P<pitch>R<roll>T<temperature>D<depth>`: the OS5000 through the frontseat.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Compass {
     /// Heading (magnetic or true as the compass is set up), [0, 2π), rad.
     pub heading_rad: f64,
@@ -109,7 +104,6 @@ pub struct Compass {
 
 /// Mode of the frontseat (`$OSI` 2).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum FrontseatMode {
     /// `N`.
     Normal = 1, // an Option's None is zero
@@ -136,7 +130,6 @@ impl FrontseatMode {
 
 /// Error code of the frontseat (`$OSI` 8).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum FrontseatError {
     /// `N`.
     None,
@@ -170,7 +163,6 @@ pub enum FrontseatError {
 
 /// `$OSI`. Fields from 16 on changed between versions and are not read.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct State<'a> {
     /// Echo of fins and motor.
     pub servo: ServoBytes,
@@ -204,7 +196,6 @@ pub struct State<'a> {
 
 /// `$OPI`.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Power {
     /// Charge, 0 to 100.
     pub percent: f64,
@@ -226,7 +217,6 @@ pub struct Power {
 
 /// Battery state (`$OPI` 7).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Battery {
     /// `C`.
     Charging,
@@ -239,7 +229,6 @@ pub enum Battery {
 /// `$DVL`. Values of -3200 and below are invalid. Axes and reference of the velocity are not public: check on the
 /// bench.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct FrontseatDvl {
     /// x, y, z as sent, m/s.
     pub velocity_mps: Option<[f64; 3]>,
@@ -253,7 +242,6 @@ pub struct FrontseatDvl {
 
 /// `$ACK`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Acknowledge {
     /// Number of the command type, see the constants.
     pub command: u8,
@@ -303,7 +291,6 @@ impl Acknowledge {
 
 /// `$OSD`: which sentences the frontseat shall send once.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Request {
     /// `G`: `$GPRMC`.
     pub gps: bool,
@@ -325,7 +312,6 @@ pub struct Request {
 
 /// `$OMS`.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Steer {
     /// True heading, rad; written in [0, 360) degrees to 0.1.
     pub heading_rad: f64,
@@ -341,7 +327,6 @@ pub struct Steer {
 
 /// `$OMP`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Servo {
     /// Fins and motor.
     pub servo: ServoBytes,
@@ -351,7 +336,6 @@ pub struct Servo {
 
 /// `$OMSTART`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Start<'a> {
     /// Start without GPS.
     pub ignore_gps: bool,
@@ -369,7 +353,6 @@ pub struct Start<'a> {
 
 /// `$OPOS`.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct PositionAid {
     /// Latitude and longitude, degrees, north and east positive.
     pub position_deg: [f64; 2],
@@ -383,7 +366,6 @@ pub struct PositionAid {
 
 /// `$ODVL`.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct VelocityAid {
     /// x, y as `$DVL` has them, m/s.
     pub velocity_mps: [f64; 2],

@@ -8,7 +8,6 @@ use crate::{Error, hex};
 
 /// Bytes of `$OMP`, in the order of the wire; 0x80 is centred or stopped.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ServoBytes {
     /// Top, bottom, port, starboard.
     pub fins: [u8; 4],
@@ -31,7 +30,6 @@ impl ServoBytes {
 /// A linear servo: `count = null + counts_per_unit * value`, rounded, and kept within 1 to 254 (some servos ignore the
 /// extremes).
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct LinearServo {
     /// Signed gain, counts per rad (fins) or per rad/s (motor).
     pub counts_per_unit: f64,
@@ -65,7 +63,6 @@ impl LinearServo {
 /// What fin and motor bytes mean. Fin angles are those of the project: positive moves the leading edge towards -z of
 /// the fin frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ServoCalibration {
     /// Top, bottom, port, starboard, rad.
     pub fins: [LinearServo; 4],

@@ -19,7 +19,6 @@ use crate::calendar::{DateTime, TimeOfDay};
 /// Whether a positive Doppler speed of `$CADOP` and `$CACST` means that the range shrinks. No public source says:
 /// calibrate on a known pass.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum DopplerSign {
     /// Positive while closing.
     ClosingPositive,
@@ -39,7 +38,6 @@ impl DopplerSign {
 
 /// How firmware encodes the clock mode of `$CACST` and `$CATOA`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum ClockEncoding {
     /// 0 none, 1 clock, 2 pulse per second, 3 both.
     Legacy,
@@ -49,7 +47,6 @@ pub enum ClockEncoding {
 
 /// Clock mode as sent.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ClockMode(pub u8);
 
 impl ClockMode {
@@ -68,7 +65,6 @@ pub const RATES: [(u8, u16); 7] = [(1, 32), (3, 64), (3, 64), (2, 256), (2, 256)
 
 /// What the modem sends.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum FromModem<'a> {
     /// `$CACYC`: a cycle begins, here or heard from another modem.
     Cycle(Cycle),
@@ -164,7 +160,6 @@ pub enum FromModem<'a> {
 
 /// What the host sends.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum ToModem<'a> {
     /// `$CCCYC`: begin a cycle.
     Cycle(Cycle),
@@ -203,7 +198,6 @@ pub enum ToModem<'a> {
 
 /// Source and destination, 0 to 127.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Addresses {
     /// From.
     pub source: u8,
@@ -213,7 +207,6 @@ pub struct Addresses {
 
 /// A data cycle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Cycle {
     /// Who transmits data, and to whom.
     pub addresses: Addresses,
@@ -227,7 +220,6 @@ pub struct Cycle {
 
 /// `$CADRQ`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct DataRequest {
     /// When the modem asked; with SNV 1 the packet leaves on the next pulse.
     pub time: TimeOfDay,
@@ -243,7 +235,6 @@ pub struct DataRequest {
 
 /// `$CCTXD`.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Data<'a> {
     /// From and to.
     pub addresses: Addresses,
@@ -255,7 +246,6 @@ pub struct Data<'a> {
 
 /// `$CATXD`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct DataTaken {
     /// From and to.
     pub addresses: Addresses,
@@ -267,7 +257,6 @@ pub struct DataTaken {
 
 /// `$CARXD`.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Received<'a> {
     /// From and to.
     pub addresses: Addresses,
@@ -281,7 +270,6 @@ pub struct Received<'a> {
 
 /// `$CAACK`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Acknowledged {
     /// From and to.
     pub addresses: Addresses,
@@ -293,7 +281,6 @@ pub struct Acknowledged {
 
 /// `$CAERR,time,module,number,text` or `$CAERR,time,DATA_TIMEOUT,frame`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ErrorReport<'a> {
     /// When.
     pub time: TimeOfDay,
@@ -307,7 +294,6 @@ pub struct ErrorReport<'a> {
 
 /// `$CAXST,version,date,time,clock,mode,…`; later fields are not read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct TransmitStatistics {
     /// Leading version number, `None` in the oldest form.
     pub version: Option<u8>,
@@ -321,7 +307,6 @@ pub struct TransmitStatistics {
 
 /// `$CAMPR`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct PingReply {
     /// From the replier to the requester.
     pub addresses: Addresses,
@@ -331,7 +316,6 @@ pub struct PingReply {
 
 /// `$CACMR,PNR,time,source,destination,travel,…`; later fields differ by firmware and are not read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct PingReply2 {
     /// When.
     pub time: DateTime,
@@ -343,7 +327,6 @@ pub struct PingReply2 {
 
 /// A name and its value, as text: most are integers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Setting<'a> {
     /// `SNV`, `psk.packet.mod_hdr_version`.
     pub name: &'a str,
@@ -353,7 +336,6 @@ pub struct Setting<'a> {
 
 /// `$CATMQ`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct TimeReport<'a> {
     /// The time.
     pub time: DateTime,
@@ -372,7 +354,6 @@ impl TimeReport<'_> {
 
 /// `$CAREV`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Revision<'a> {
     /// When.
     pub time: TimeOfDay,
@@ -384,7 +365,6 @@ pub struct Revision<'a> {
 
 /// `$CCMUC`, `$CAMUA`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct UserBits {
     /// From and to.
     pub addresses: Addresses,
@@ -394,7 +374,6 @@ pub struct UserBits {
 
 /// `$CCTDP`.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Flexible<'a> {
     /// To.
     pub destination: u8,
@@ -408,7 +387,6 @@ pub struct Flexible<'a> {
 
 /// `$CATDP`; later fields are not read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct FlexibleTaken {
     /// 0 good.
     pub error: u8,
@@ -427,7 +405,6 @@ pub const MAX_FRAGMENTS: usize = 8;
 
 /// `$CARDP`.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct FlexibleReceived<'a> {
     /// From and to.
     pub addresses: Addresses,

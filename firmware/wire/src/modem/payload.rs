@@ -5,11 +5,9 @@ use crate::{Error, hex};
 
 /// Payload bytes, borrowed as the digits of a sentence or as plain bytes; equal when the bytes are.
 #[derive(Clone, Copy, Debug)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Payload<'a>(PayloadSource<'a>);
 
 #[derive(Clone, Copy, Debug)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 enum PayloadSource<'a> {
     /// An even number of digits, checked.
     Digits(&'a [u8]),
@@ -78,7 +76,6 @@ impl PartialEq for Payload<'_> {
 
 /// `crc;count;digits` of a flexible data packet.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Fragment<'a> {
     /// Its CRC was right.
     pub good: bool,

@@ -10,7 +10,6 @@ const FIRST_VERSION: u8 = 6;
 
 /// A time of arrival: older firmware gives no date.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum ModemTime {
     /// `hhmmss.ssss`, to 100 µs.
     OfDay(TimeOfDay),
@@ -30,7 +29,6 @@ impl ModemTime {
 
 /// `$CACST`. Read by position from the left: a missing tail is `None`, and writing stops at the first `None`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ReceptionStatistics {
     /// Leading version number (6 and later), `None` in the older form.
     pub version: Option<u8>,

@@ -25,7 +25,6 @@ pub struct Effect {
 
 impl Effect {
     /// `{"name", "parameters": {…}}`.
-    #[must_use]
     pub fn json(&self) -> Value {
         json!({ "name": self.name, "parameters": { self.number.0: self.number.1 } })
     }
@@ -121,7 +120,6 @@ impl Hidden {
     }
 
     /// Roll moment over u² of all four fins at one small angle, N s²/m² per rad: Σ ½ ρ A c_L y.
-    #[must_use]
     pub fn roll_moment_uu_per_rad(&self) -> f64 {
         let Parameters { rho_kg_per_m3, fins, .. } = &self.parameters;
         let moment = |fin: &Fin| {

@@ -92,13 +92,11 @@ impl EffectKind {
 
 impl ParameterKind {
     /// It names a fin.
-    #[must_use]
     pub fn is_fin(&self) -> bool {
         self.draw == Draw::Fin
     }
 
     /// The value as it is written.
-    #[must_use]
     pub fn text(&self, value: f64) -> String {
         if self.is_fin() { FIN_NAMES[value as usize - 1].to_owned() } else { value.to_string() }
     }
@@ -159,19 +157,16 @@ impl Effect {
     }
 
     /// What it is.
-    #[must_use]
     pub fn kind(&self) -> &'static EffectKind {
         self.kind
     }
 
     /// Its name.
-    #[must_use]
     pub fn name(&self) -> &'static str {
         self.kind.name
     }
 
     /// A number by its name.
-    #[must_use]
     pub fn get(&self, parameter: &str) -> Option<f64> {
         self.kind.parameter(parameter).map(|place| self.values[place])
     }
@@ -205,7 +200,6 @@ impl Effects {
     }
 
     /// The effects in the order in which they were given.
-    #[must_use]
     pub fn as_slice(&self) -> &[Effect] {
         &self.0
     }

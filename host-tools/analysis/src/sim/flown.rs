@@ -33,7 +33,6 @@ pub struct Flown {
 
 impl Flown {
     /// Whether its figures are of a vehicle that flew its mission, and of a backseat that kept time.
-    #[must_use]
     pub fn is_trustworthy(&self) -> bool {
         self.ending.is_trustworthy() && self.flight.late_steps == 0
     }

@@ -21,7 +21,6 @@ pub struct FusedScalar {
 
 impl FusedScalar {
     /// Normalised innovation squared ν²/S.
-    #[must_use]
     pub fn nis(&self) -> f64 {
         self.innovation * self.innovation / self.variance
     }

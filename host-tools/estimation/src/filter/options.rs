@@ -70,7 +70,6 @@ impl FilterOptions {
     }
 
     /// Whether parameters of the vehicle are estimated.
-    #[must_use]
     pub fn is_robust(&self) -> bool {
         let mut states = self.navigation.effect_states.iter();
         states.any(|state| matches!(state.parameter, StateParameter::LogFactor(_)))
@@ -78,7 +77,6 @@ impl FilterOptions {
 
     /// Every sensor, centralized, with the noise of the vehicle file (the kinematic model has its
     /// own process noise: it must cover the manoeuvres).
-    #[must_use]
     pub fn new(vehicle: &VehicleFile, model: ProcessModel) -> Self {
         let (process_noise, surface) = match model {
             ProcessModel::Dynamic => (vehicle.noise, SurfaceNoise::DYNAMIC),

@@ -166,7 +166,6 @@ impl WayBack {
 impl Recording {
     /// The smoothed estimate at every time that was marked, in order of time. While one stretch is smoothed, the one
     /// before it is filtered again.
-    #[must_use]
     pub fn smooth(&self) -> Vec<TrackSample> {
         let mut ways: [WayBack; MEMBERS] = std::array::from_fn(|_| WayBack::new());
         let mut smoothed = Vec::new();

@@ -39,7 +39,6 @@ pub struct Recording {
 
 impl Recording {
     /// A filter of which nothing is kept yet.
-    #[must_use]
     pub fn new(navigator: Box<Navigator>) -> Self {
         Self {
             navigator,

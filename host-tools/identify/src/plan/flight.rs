@@ -93,20 +93,17 @@ pub struct Followed {
 
 impl Followed {
     /// Steepest pitch, rad.
-    #[must_use]
     pub fn steepest_rad(&self) -> f64 {
         self.samples.iter().map(|(sample, _)| sample.attitude.y.abs()).fold(0.0, f64::max)
     }
 
     /// Shallowest and deepest, m.
-    #[must_use]
     pub fn depths_m(&self) -> [f64; 2] {
         let depths = self.samples.iter().map(|(_, depth_m)| *depth_m);
         [depths.clone().fold(f64::INFINITY, f64::min), depths.fold(f64::NEG_INFINITY, f64::max)]
     }
 
     /// Length, s.
-    #[must_use]
     pub fn duration_s(&self) -> f64 {
         self.samples.len() as f64 * PERIOD_S
     }

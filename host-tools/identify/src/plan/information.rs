@@ -37,7 +37,6 @@ impl Default for Collected {
 
 impl<'a> Information<'a> {
     /// About the vehicle of this model, with priors from its declaration.
-    #[must_use]
     pub fn new(model: &'a VehicleModel, declared: &VehicleParameters) -> Self {
         let scale = parameters::scale(declared);
         Self { model, theta: theta_of(declared), scale: core::array::from_fn(|j| PRIOR * scale[j]) }
@@ -71,7 +70,6 @@ impl<'a> Information<'a> {
 
 impl Collected {
     /// Logarithm of the determinant; a D-optimal design has the largest. 0: nothing is known beyond the prior.
-    #[must_use]
     pub fn log_determinant(&self) -> f64 {
         self.0
             .cholesky()
@@ -79,7 +77,6 @@ impl Collected {
     }
 
     /// Root mean square of the standard deviations that are left (Cramér-Rao), relative to each parameter's size, %.
-    #[must_use]
     pub fn remaining_percent(&self) -> f64 {
         self.0.cholesky().map_or(f64::NAN, |factor| 100.0 * PRIOR * (factor.inverse().trace() / UNKNOWN as f64).sqrt())
     }

@@ -103,7 +103,6 @@ impl Limits {
     }
 
     /// Depth in the middle, m.
-    #[must_use]
     pub fn middle_m(&self) -> f64 {
         0.5 * (self.depth_m[0] + self.depth_m[1])
     }

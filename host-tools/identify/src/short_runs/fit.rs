@@ -124,7 +124,6 @@ type Around = (Vec<RunModel>, Vec<(Vec<RunModel>, f64)>);
 
 impl Problem<'_> {
     /// Fits to the runs that `is_used`, from `start`, with windows that grow to each of `lengths_s`.
-    #[must_use]
     pub fn fit(&self, is_used: &(dyn Fn(usize) -> bool + Sync), start: &[f64], lengths_s: &[f64]) -> Option<Fit> {
         let mut values = DVector::from_column_slice(start);
         let mut last = None;
@@ -149,7 +148,6 @@ impl Problem<'_> {
     }
 
     /// Covariance by the information at some values: starts are settled there, the values stay.
-    #[must_use]
     pub fn covariance_at(
         &self,
         is_used: &(dyn Fn(usize) -> bool + Sync),

@@ -86,13 +86,11 @@ impl RunModel {
     }
 
     /// How the DVL reads.
-    #[must_use]
     pub const fn dvl(&self) -> Dvl {
         self.dvl
     }
 
     /// The dynamics.
-    #[must_use]
     pub const fn vehicle(&self) -> &VehicleModel {
         &self.vehicle
     }
@@ -107,7 +105,6 @@ impl RunModel {
     }
 
     /// The readings of every sample of a window from the state at its first; `None` where it diverged.
-    #[must_use]
     pub fn predict(&self, run: &Run, window: Window, start: &VehicleState) -> Vec<Option<Reading>> {
         let samples = &run.samples[window.first..=window.last];
         let mut trail: Vec<(f64, VehicleState)> = vec![(samples[0].t_s, *start)];
@@ -133,7 +130,6 @@ impl RunModel {
 
     /// Motion over a step with the attitude and rates that were measured at its start, not the model's own: what a
     /// navigator does without a DVL.
-    #[must_use]
     pub fn carried(&self, run: &Run, x: &VehicleState, span_s: [f64; 2]) -> VehicleState {
         let steps = self.steps(run, span_s);
         steps.fold(*x, |x, [from_s, to_s]| self.step(&x, to_s - from_s, &self.input(run, 0.5 * (from_s + to_s))))
@@ -178,7 +174,6 @@ impl RunModel {
     }
 
     /// Surge and sway that the DVL reads at a time, by a trail of states; of its start before that, m/s.
-    #[must_use]
     pub fn dvl_of(&self, trail: &[(f64, VehicleState)], t_s: f64) -> [f64; 2] {
         let [u, v, _] = self.dvl.reading(&interpolated(trail, t_s - self.dvl.delay_s));
         [u, v]

@@ -76,7 +76,6 @@ impl Squares {
     }
 
     /// Root mean square of a channel in its unit.
-    #[must_use]
     pub fn rms(&self, channel: usize) -> Option<f64> {
         let count = self.counts[channel];
         (count > 0.0).then(|| (self.sums[channel] / count).sqrt() * CHANNELS[channel].1)

@@ -32,7 +32,6 @@ pub struct RunSample {
 
 impl RunSample {
     /// Whether the propeller drives.
-    #[must_use]
     pub fn is_powered(&self) -> bool {
         self.input.propeller_radps.abs() > POWERED_RADPS
     }

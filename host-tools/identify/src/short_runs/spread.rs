@@ -13,19 +13,16 @@ const PRIORS: f64 = 0.5;
 
 impl Fit {
     /// Runs that were used.
-    #[must_use]
     pub fn runs(&self) -> Vec<usize> {
         self.parts.iter().map(|part| part.run).collect()
     }
 
     /// Degrees of freedom of [`Self::sigmas`].
-    #[must_use]
     pub fn degrees(&self) -> usize {
         2 * self.parts.len().saturating_sub(1)
     }
 
     /// Values of a fit without one run, by one Gauss-Newton step from those with it.
-    #[must_use]
     pub fn without(&self, run: usize) -> Vec<f64> {
         let Some(part) = self.parts.iter().find(|part| part.run == run) else { return self.values.clone() };
         let step = (&self.information - &part.normal).cholesky().map(|factor| factor.solve(&part.gradient));
@@ -34,20 +31,17 @@ impl Fit {
     }
 
     /// One sigma of each value.
-    #[must_use]
     pub fn sigmas(&self) -> Vec<f64> {
         self.sigmas_by(self.all_without())
     }
 
     /// The same by the values of fits without each run in turn.
-    #[must_use]
     pub fn sigmas_by(&self, without: Vec<Vec<f64>>) -> Vec<f64> {
         let spread = self.spread(without);
         (0..self.values.len()).map(|place| spread.sigma(self, &[(place, 1.0)])).collect()
     }
 
     /// The same of a sum of values, each times its factor.
-    #[must_use]
     pub fn sigma_of(&self, sum: &[(usize, f64)]) -> f64 {
         self.spread(self.all_without()).sigma(self, sum)
     }
@@ -67,7 +61,6 @@ impl Fit {
     }
 
     /// Values and covariance.
-    #[must_use]
     pub fn gaussian(&self) -> Gaussian {
         Gaussian { mean: DVector::from_column_slice(&self.values), covariance: self.covariance.clone() }
     }
@@ -115,13 +108,11 @@ impl Gaussian {
     }
 
     /// Cost that some values take away beside all others.
-    #[must_use]
     pub fn gain(&self, places: &[usize]) -> f64 {
         self.block(places).map_or(0.0, |(inverse, values)| values.dot(&(inverse * &values)))
     }
 
     /// The others with these at none.
-    #[must_use]
     pub fn without(&self, places: &[usize]) -> Option<Self> {
         let (inverse, values) = self.block(places)?;
         let border = DMatrix::from_fn(self.mean.len(), places.len(), |i, j| self.covariance[(i, places[j])]);

@@ -67,7 +67,6 @@ pub struct Stops {
 
 impl Stops {
     /// Mean of the arms and its standard error, m; `None` with fewer than three stops.
-    #[must_use]
     pub fn mean(&self) -> Option<[f64; 2]> {
         let count = self.each.len() as f64;
         let mean = self.each.iter().map(|stop| stop.arm_m).sum::<f64>() / count;

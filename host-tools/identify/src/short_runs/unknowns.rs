@@ -64,7 +64,6 @@ pub struct Unknown {
 impl Unknown {
     /// Where a fit begins: at the prior. An angle of stall that is never reached has no derivative, so that one begins
     /// where large incidences do reach it.
-    #[must_use]
     pub fn first_guess(&self) -> f64 {
         if self.place == Place::Stall { self.prior - 1.5 * self.sigma } else { self.prior }
     }
@@ -112,7 +111,6 @@ impl Draft {
     }
 
     /// Adds the values of unknowns.
-    #[must_use]
     pub fn with(&self, unknowns: &[Unknown], values: &[f64]) -> Self {
         let mut draft = self.clone();
         for (unknown, &value) in unknowns.iter().zip(values) {
@@ -160,7 +158,6 @@ impl Draft {
     }
 
     /// Whether every number is inside its range; otherwise the name of one that is not.
-    #[must_use]
     pub fn outside(&self) -> Option<&'static str> {
         let common = COMMON.iter().zip(self.common);
         let of = self.configurations.iter().flat_map(|terms| OF_CONFIGURATION.iter().zip(*terms));
@@ -168,7 +165,6 @@ impl Draft {
     }
 
     /// Whether a number has run to an end of its range.
-    #[must_use]
     pub fn is_on_limit(&self, place: Place) -> bool {
         let placed = match place {
             Place::Common(term) => Some((&COMMON[term], self.common[term])),

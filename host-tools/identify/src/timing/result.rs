@@ -42,13 +42,11 @@ pub struct TimingEstimate {
 
 impl TimingEstimate {
     /// For [`crate::LoggedInputs::act`].
-    #[must_use]
     pub fn timing(&self) -> InputTiming {
         self.actuators.map(|actuator| actuator.hold)
     }
 
     /// In sentences: what is not held without delay, and a warning where the fit is not white.
-    #[must_use]
     pub fn notes(&self) -> Vec<String> {
         let mut notes = Vec::new();
         for actuator in self.actuators.iter().filter(|actuator| actuator.hold != Hold::default()) {

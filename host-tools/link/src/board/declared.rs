@@ -69,7 +69,6 @@ impl Declared {
     }
 
     /// One sentence of help; empty if the board declares another list than this program.
-    #[must_use]
     pub fn description(&self) -> &'static str {
         self.known.map_or("", |parameter| parameter.help)
     }
@@ -84,7 +83,6 @@ impl Declared {
     }
 
     /// Smallest and largest value, in words.
-    #[must_use]
     pub fn range(&self) -> String {
         format!("{} to {}", number(self.min), number(self.max))
     }
@@ -97,7 +95,6 @@ impl Declared {
     }
 
     /// As JSON object.
-    #[must_use]
     pub fn json(&self) -> Value {
         json!({
             "name": self.name,

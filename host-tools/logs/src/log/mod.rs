@@ -44,7 +44,6 @@ const _: () = assert!(Column::COUNT <= u128::BITS as usize);
 
 impl LogRow {
     /// A row without samples.
-    #[must_use]
     pub const fn new(time_us: u64) -> Self {
         Self { time_us, present: 0, values: Vec::new() }
     }
@@ -88,7 +87,6 @@ impl LogRow {
     }
 
     /// The sample of a column, in the unit of its name.
-    #[must_use]
     pub fn get(&self, column: Column) -> Option<f64> {
         self.at(column as usize)
     }
@@ -108,7 +106,6 @@ impl LogRow {
     }
 
     /// Whether no column has a sample.
-    #[must_use]
     pub fn is_empty(&self) -> bool {
         self.present == 0
     }
@@ -122,7 +119,6 @@ impl LogRow {
     }
 
     /// Commanded propeller and fins; `None` unless all five are there.
-    #[must_use]
     pub fn actuators(&self) -> Option<ActuatorInput> {
         let [rpm, top, bottom, port, starboard] = self.group(Column::PropRpm)?;
         Some(ActuatorInput { propeller_radps: rpm * RADPS_PER_RPM, fins_rad: [top, bottom, port, starboard] })
@@ -134,55 +130,46 @@ impl LogRow {
     }
 
     /// φ, θ, ψ, rad; `None` unless all three are there.
-    #[must_use]
     pub fn attitude_rad(&self) -> Option<[f64; 3]> {
         self.group(Column::Roll)
     }
 
     /// p, q, r, rad/s; `None` unless all three are there.
-    #[must_use]
     pub fn rates_radps(&self) -> Option<[f64; 3]> {
         self.group(Column::P)
     }
 
     /// DVL velocity over ground in body axes, m/s; `None` unless all three are there.
-    #[must_use]
     pub fn dvl_mps(&self) -> Option<[f64; 3]> {
         self.group(Column::DvlU)
     }
 
     /// North, east of the ship at time of launch, m.
-    #[must_use]
     pub fn ship_at_launch_m(&self) -> Option<[f64; 2]> {
         self.group(Column::ShipX)
     }
 
     /// GNSS of the ship: north, east, m.
-    #[must_use]
     pub fn ship_gnss_m(&self) -> Option<[f64; 2]> {
         self.group(Column::ShipGpsX)
     }
 
     /// GNSS of the surfaced vehicle: north, east, m.
-    #[must_use]
     pub fn gnss_m(&self) -> Option<[f64; 2]> {
         self.group(Column::GpsX)
     }
 
     /// Number of the fixed transponder that the row belongs to.
-    #[must_use]
     pub fn station(&self) -> Option<u32> {
         self.get(Column::Station).filter(|number| (0.0..1e9).contains(number)).map(|number| number as u32)
     }
 
     /// Time of launch of the packet whose range is in this row, µs.
-    #[must_use]
     pub fn launch_us(&self) -> Option<u64> {
         self.get(Column::Tol).map(decimal::seconds_to_us)
     }
 
     /// Time of arrival of the packet whose range is in this row, µs.
-    #[must_use]
     pub fn arrival_us(&self) -> Option<u64> {
         self.get(Column::Toa).map(decimal::seconds_to_us)
     }
@@ -237,7 +224,6 @@ pub(crate) fn run_note(number: usize, label: &str, start_us: u64) -> String {
 
 impl Log {
     /// From the first to the last row, s.
-    #[must_use]
     pub fn duration_s(&self) -> f64 {
         match (self.rows.first(), self.rows.last()) {
             (Some(first), Some(last)) => (last.time_us - first.time_us) as f64 * 1e-6,
@@ -313,13 +299,11 @@ impl Log {
     }
 
     /// Declared places of the fixed transponders by their numbers: north, east, down, m; the last where one is given twice.
-    #[must_use]
     pub fn stations_m(&self) -> BTreeMap<u32, [f64; 3]> {
         self.rows.iter().filter_map(|row| Some((row.station()?, row.group(Column::StationX)?))).collect()
     }
 
     /// Whether any row has a sample of this column.
-    #[must_use]
     pub fn has(&self, column: Column) -> bool {
         self.column(column).next().is_some()
     }

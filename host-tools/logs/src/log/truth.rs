@@ -73,7 +73,6 @@ impl Truth {
 
     /// The truth at a time, interpolated linearly (angles by the shorter way); `None` outside the
     /// time it covers.
-    #[must_use]
     pub fn at(&self, time_us: u64) -> Option<TruthRow> {
         let after = self.rows.partition_point(|row| row.time_us < time_us);
         let b = self.rows.get(after)?;
@@ -94,7 +93,6 @@ impl Truth {
     }
 
     /// Horizontal distance between a position and the truth of that time, m.
-    #[must_use]
     pub fn horizontal_error_m(&self, time_us: u64, x_m: f64, y_m: f64) -> Option<f64> {
         let truth = self.at(time_us)?;
         let error = (x_m - truth.state[X]).hypot(y_m - truth.state[Y]);

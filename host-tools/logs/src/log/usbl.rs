@@ -24,7 +24,6 @@ pub struct Usbl {
 
 impl Usbl {
     /// From the array to the other end: north, east, down, or forward, starboard, down, m.
-    #[must_use]
     pub fn vector_m(&self) -> [f64; 3] {
         let ((sin_b, cos_b), (sin_e, cos_e)) = (self.bearing_rad.sin_cos(), self.elevation_rad.sin_cos());
         [cos_e * cos_b, cos_e * sin_b, -sin_e].map(|part| part * self.range_m)
@@ -45,7 +44,6 @@ impl Usbl {
 
 impl LogRow {
     /// The fix by USBL of this row, from range and angles or from a vector.
-    #[must_use]
     pub fn usbl(&self) -> Option<Usbl> {
         let positive = |column| self.get(column).filter(|sigma| *sigma > 0.0);
         let fix = |[range_m, bearing_rad, elevation_rad]: [f64; 3]| Usbl {

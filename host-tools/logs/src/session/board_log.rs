@@ -27,7 +27,7 @@ pub struct BoardLog {
     /// Values of a set that is not complete yet.
     values: Vec<f64>,
     time_us: u64,
-    damage: Damage,
+    pub damage: Damage,
     ended: bool,
 }
 
@@ -63,10 +63,6 @@ impl BoardLog {
 
     pub const fn position(&self) -> (u64, u64) {
         (self.read, self.length)
-    }
-
-    pub const fn damage(&self) -> Damage {
-        self.damage
     }
 
     pub fn next(&mut self) -> Option<Result<Entry, DataError>> {

@@ -65,7 +65,6 @@ pub struct Meta {
 
 impl Meta {
     /// Without facts.
-    #[must_use]
     pub fn new(program: impl Into<String>, clock: Clock) -> Self {
         Self { program: program.into(), clock, facts: BTreeMap::new() }
     }

@@ -53,13 +53,11 @@ impl Reader {
     }
 
     /// The session's description.
-    #[must_use]
     pub fn meta(&self) -> &Meta {
         &self.meta
     }
 
     /// The files that belong to the session, as far as they have been passed: those at its front from the start.
-    #[must_use]
     pub fn attachments(&self) -> &[Attachment] {
         match &self.source {
             Recorded::Session(session) => &session.attachments,
@@ -68,7 +66,6 @@ impl Reader {
     }
 
     /// Bytes read so far, and in all: for a progress bar.
-    #[must_use]
     pub fn position(&self) -> (u64, u64) {
         match &self.source {
             Recorded::Session(session) => (session.read, session.length),
@@ -77,11 +74,10 @@ impl Reader {
     }
 
     /// What was left out so far; complete when the events have come to their end.
-    #[must_use]
     pub fn damage(&self) -> Damage {
         match &self.source {
             Recorded::Session(session) => session.damage,
-            Recorded::BoardLog(log) => log.damage(),
+            Recorded::BoardLog(log) => log.damage,
         }
     }
 }

@@ -49,7 +49,6 @@ impl BoardFile {
     }
 
     /// Every number under its dotted name, the vehicle's first.
-    #[must_use]
     pub fn flatten(&self) -> Vec<(String, f64)> {
         let vehicle = self.vehicle.iter().flat_map(VehicleFile::flatten);
         vehicle.chain(self.app.iter().cloned()).collect()

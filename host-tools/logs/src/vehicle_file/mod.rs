@@ -91,7 +91,6 @@ impl VehicleFile {
 
     /// The text of a vehicle file, with unit and range beside every number; `source` says in its
     /// first lines where the numbers come from.
-    #[must_use]
     pub fn to_toml(&self, source: &str) -> String {
         let mut text = String::new();
         for line in source.lines() {
@@ -126,7 +125,6 @@ impl VehicleFile {
     }
 
     /// The speed that the vehicle is usually flown at, `[app] cruise_speed_mps`, where the file says it, m/s.
-    #[must_use]
     pub fn cruise_speed_mps(&self) -> Option<f64> {
         self.app.iter().find(|(name, _)| name == "app.cruise_speed_mps").map(|(_, value)| *value)
     }
@@ -141,7 +139,6 @@ impl VehicleFile {
 
     /// Every number under its dotted key: `vehicle.mass_kg`, `inertia.m_diag[0]`, `fins.cp_m[1][2]` …
     /// (also the names of the board's parameters).
-    #[must_use]
     pub fn flatten(&self) -> Vec<(String, f64)> {
         let settings = self.settings();
         let keys = SECTIONS.iter().flat_map(|section| schema::keys(section.name)).flatten();

@@ -24,7 +24,6 @@ pub(super) fn short_key(parameter: &Parameter) -> &'static str {
 
 impl VehicleFile {
     /// The settings of a board with this vehicle, all else at its default.
-    #[must_use]
     pub fn settings(&self) -> Settings {
         Settings {
             vehicle: self.parameters,

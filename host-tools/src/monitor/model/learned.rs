@@ -21,7 +21,7 @@ pub struct Identified<'a> {
 
 /// The identifier's records.
 pub struct Learned {
-    last: Option<Identification>,
+    pub last: Option<Identification>,
     trends: [Thinned<f64>; PARAMETERS],
 }
 
@@ -44,10 +44,6 @@ impl Learned {
         NAMES.into_iter().enumerate().filter(|(j, _)| news >> j & 1 == 1).map(|(_, name)| name).collect()
     }
 
-    pub fn last(&self) -> Option<&Identification> {
-        self.last.as_ref()
-    }
-
     /// All 21, beside `in_use`, the vehicle that the filter has.
     pub fn identified<'a>(&'a self, in_use: Option<&[f64; PARAMETERS]>) -> Vec<Identified<'a>> {
         // all zero before it has ever begun
@@ -60,7 +56,7 @@ impl Learned {
             change: in_use.map(|theta| theta[j]).filter(|used| *used != 0.0).map(|used| last.theta[j] / used - 1.0),
             visibility: last.visibility[j],
             drifted: last.drifted >> j & 1 == 1,
-            trend: self.trends[j].kept(),
+            trend: &self.trends[j].kept,
         };
         (0..PARAMETERS).map(of).collect()
     }

@@ -177,7 +177,7 @@ impl Model {
 
     /// Where it was, north and east, m.
     pub fn track(&self) -> &[[f64; 2]] {
-        self.track.kept()
+        &self.track.kept
     }
 
     /// Innovations beyond this many sigmas are rejected.
@@ -197,14 +197,15 @@ impl Model {
     }
 
     pub fn identification(&self) -> Option<&Identification> {
-        self.learned.last()
+        self.learned.last.as_ref()
     }
 
     /// Estimated water current: speed, m/s, direction it sets to, rad, and the speed's trend.
     pub fn current(&self) -> Option<(f64, f64, &[f64])> {
         let [north, east] = self.telemetry.as_ref()?.current_mps;
         let speed = north.hypot(east);
-        (speed > STILL_MPS).then(|| (speed, east.atan2(north).rem_euclid(std::f64::consts::TAU), self.current.kept()))
+        (speed > STILL_MPS)
+            .then(|| (speed, east.atan2(north).rem_euclid(std::f64::consts::TAU), &self.current.kept[..]))
     }
 
     /// What is wrong now, the worst first.
@@ -264,7 +265,7 @@ impl Model {
                 self.is_complete |= self.same_schema && info.index.checked_add(1) == Some(info.count);
             }
             FromBoard::Identification(record) => {
-                let was = self.learned.last().map(|last| last.activity);
+                let was = self.learned.last.as_ref().map(|last| last.activity);
                 if was.is_some_and(|activity| activity != record.activity) {
                     self.note(Severity::Info, format!("identification: {}", words::activity(record.activity)));
                 }

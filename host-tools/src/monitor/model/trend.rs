@@ -3,7 +3,7 @@
 /// One of several kept values, of the whole time.
 #[derive(Clone, Debug)]
 pub struct Thinned<T> {
-    kept: Vec<T>,
+    pub kept: Vec<T>,
     /// Every so many is kept.
     stride: usize,
     until_next: usize,
@@ -32,10 +32,6 @@ impl<T: Clone> Thinned<T> {
         self.until_next = self.stride - 1;
     }
 
-    pub fn kept(&self) -> &[T] {
-        &self.kept
-    }
-
     pub fn clear(&mut self) {
         *self = Self::new(self.capacity);
     }
@@ -51,12 +47,12 @@ mod tests {
         for i in 0..8 {
             history.push(i);
         }
-        assert_eq!(history.kept(), [0, 1, 2, 3, 4, 5, 6, 7]);
+        assert_eq!(history.kept, [0, 1, 2, 3, 4, 5, 6, 7]);
         for i in 8..1000 {
             history.push(i);
-            assert!(history.kept().len() <= 8);
+            assert!(history.kept.len() <= 8);
         }
-        let kept = history.kept();
+        let kept = &history.kept;
         assert_eq!(kept[0], 0);
         assert!(kept.windows(2).all(|pair| pair[1] - pair[0] == kept[1]), "{kept:?}");
         assert!(*kept.last().unwrap() > 800, "{kept:?}");

@@ -12,7 +12,6 @@ use crate::gnss::{Fix, GnssLink};
 use crate::hold::Hold;
 use crate::modem::{ClockHealth, ModemLink, Report};
 use crate::ship::{FixOutcome, ShipEstimate, ShipFilter};
-use crate::slots::SlotTable;
 use crate::track::Track;
 use backseat_app::{LocalFrame, Ring, UtcClock};
 use backseat_wire::modem::ReceptionStatistics;
@@ -177,7 +176,6 @@ impl Topside {
     }
 
     /// Bytes that wait to be sent on `port`, oldest first (a part of them where the ring wraps).
-    #[must_use]
     pub fn transmit(&self, port: Port) -> &[u8] {
         match port {
             Port::Gnss => &[],
@@ -203,79 +201,61 @@ impl Topside {
     }
 
     /// What it was given.
-    #[must_use]
     pub fn config(&self) -> &Config {
         &self.config
     }
 
-    /// The cycle.
-    #[must_use]
-    pub fn slots(&self) -> &SlotTable {
-        &self.config.slots
-    }
-
     /// UTC at a time, µs since 1970; `None` while unknown.
-    #[must_use]
     pub fn utc_us(&self, time_us: u64) -> Option<u64> {
         self.clock.utc_us(time_us)
     }
 
     /// The local frame, once there is an origin.
-    #[must_use]
     pub fn frame(&self) -> Option<&LocalFrame> {
         self.frame.as_ref()
     }
 
     /// Satellites and quality of the last `$GPGGA`.
-    #[must_use]
     pub fn satellites(&self) -> (u8, Option<u8>) {
         (self.gnss.satellites, self.gnss.quality)
     }
 
     /// What the modem's clock runs on, as it last said.
-    #[must_use]
     pub fn modem_clock(&self) -> Option<&ClockHealth> {
         self.modem.clock.as_ref()
     }
 
     /// The modem has all its settings.
-    #[must_use]
     pub fn modem_is_configured(&self) -> bool {
         self.modem.is_configured()
     }
 
     /// The vehicles.
-    #[must_use]
     pub fn tracks(&self) -> &[Track] {
         &self.tracks
     }
 
     /// The last packet that left.
-    #[must_use]
     pub fn last_sent(&self) -> Option<&Sent> {
         self.last_sent.as_ref()
     }
 
     /// Packets that left.
-    #[must_use]
     pub fn sent(&self) -> u32 {
         self.sent
     }
 
     /// Fixes that the ship's filter did not believe.
-    #[must_use]
     pub fn refused_fixes(&self) -> u32 {
         self.ship.refused()
     }
 
     /// True heading, rad, while there is one.
-    #[must_use]
     pub fn heading_rad(&self) -> Option<f64> {
         self.gnss.heading_rad(self.now_us)
     }
 
     /// The ship's transducer at a UTC time; `None` before the first fix.
-    #[must_use]
     pub fn ship_at(&self, utc_us: u64) -> Option<ShipEstimate> {
         let mut ship = self.ship.at(utc_us)?;
         let declared = libm::hypot(self.config.arm_sigma_m, self.config.datum_sigma_m);

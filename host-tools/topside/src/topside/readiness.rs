@@ -20,7 +20,6 @@ const CLOCK_BEHIND_US: i64 = -1_600_000;
 
 impl Topside {
     /// What keeps the ship from sending its state, the first thing to be mended first.
-    #[must_use]
     pub fn hold(&self) -> Option<Hold> {
         let recent = |heard_us: Option<u64>, age_us: u64| {
             // a port that is just open has had no time

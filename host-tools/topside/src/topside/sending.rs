@@ -67,7 +67,6 @@ impl Topside {
     }
 
     /// To whom an abort is being sent, and how many packets of it have still to leave.
-    #[must_use]
     pub fn aborting(&self) -> Option<(u8, u8)> {
         self.abort.map(|abort| (abort.destination, abort.left))
     }

@@ -4,7 +4,6 @@ use crate::dynamics::{FINS, VehicleModel, VehicleParameters};
 
 /// One fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum FaultCause {
     /// A fin, in the order of the actuators, lost lift and drag; magnitude: share lost.
     Fin(u8),

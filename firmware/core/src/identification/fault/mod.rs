@@ -69,7 +69,6 @@ const LEAST: f64 = 1.0e-10;
 
 /// Where the monitor stands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum FaultState {
     /// Learns what is normal.
     Learning,

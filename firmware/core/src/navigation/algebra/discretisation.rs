@@ -451,7 +451,7 @@ fn add_outer<const FROM: usize, const AT_ONCE: usize>(
 
 /// sum += a b.
 #[inline(always)]
-fn add(sum: &mut Column, a: f64, b: &Column) {
+pub(super) fn add(sum: &mut Column, a: f64, b: &Column) {
     for i in 0..VEHICLE_STATES {
         sum[i] += a * b[i];
     }

@@ -1,7 +1,7 @@
 //! P → Φ P Φᵀ + Q_d of the live block; what is delayed only turns its cross covariances.
 
 use super::covariance::Covariance;
-use super::discretisation::{AcceleratingEffect, DRIVING, Discretisation};
+use super::discretisation::{AcceleratingEffect, DRIVING, Discretisation, add};
 use super::layout::{EFFECTS, N_MAX, PLANT_STATES};
 use crate::state::{PHI, PSI, VEHICLE_STATES, X, Y};
 
@@ -71,13 +71,6 @@ fn add_pair(sum: &mut Pair, a: f64, b: &Pair) {
     }
 }
 
-#[inline(always)]
-fn add_column(sum: &mut Column, a: f64, b: &Column) {
-    for i in 0..VEHICLE_STATES {
-        sum[i] += a * b[i];
-    }
-}
-
 /// W of the vehicle's own block, row by row. Whole columns are cheaper than their lower halves.
 #[inline(never)]
 fn half_block(
@@ -96,10 +89,10 @@ fn half_block(
         new[X] += step.phi_heading[0] * old[PSI];
         new[Y] += step.phi_heading[1] * old[PSI];
         for k in 0..DRIVING.len() {
-            add_column(&mut new, old[DRIVING[k]], &step.phi[k]);
+            add(&mut new, old[DRIVING[k]], &step.phi[k]);
         }
         for effect in effects {
-            add_column(&mut new, column.get(EFFECTS + effect.slot).copied().unwrap_or(0.0), &effect.gamma);
+            add(&mut new, column.get(EFFECTS + effect.slot).copied().unwrap_or(0.0), &effect.gamma);
         }
         *row = new;
     }
@@ -122,16 +115,16 @@ fn complete_block(
     for j in 0..VEHICLE_STATES {
         let mut sum = step.q[j];
         if j < PHI || j == PSI {
-            add_column(&mut sum, 1.0, &full[j]);
+            add(&mut sum, 1.0, &full[j]);
         }
         if j == X || j == Y {
-            add_column(&mut sum, step.phi_heading[j], &full[PSI]);
+            add(&mut sum, step.phi_heading[j], &full[PSI]);
         }
         for k in 0..DRIVING.len() {
-            add_column(&mut sum, step.phi[k][j], &full[DRIVING[k]]);
+            add(&mut sum, step.phi[k][j], &full[DRIVING[k]]);
         }
         for (effect, row) in effects.iter().zip(&cross) {
-            add_column(&mut sum, effect.gamma[j], row);
+            add(&mut sum, effect.gamma[j], row);
         }
         for (p, sum) in p.rows_mut(j, j).iter_mut().zip(sum.iter().skip(j)) {
             *p = *sum;

@@ -9,7 +9,6 @@ use core::ops::Range;
 
 /// Where the vehicle dives: how much the water changes within an hour, or within five metres of depth.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Area {
     /// A lake or a basin.
     Lake,

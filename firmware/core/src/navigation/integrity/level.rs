@@ -331,12 +331,6 @@ impl ProtectionLevel {
     }
 }
 
-impl Default for ProtectionLevel {
-    fn default() -> Self {
-        Self::new()
-    }
-}
-
 /// Velocity through the water, north and east, m/s.
 fn through_water(x: &VehicleState) -> [f64; 2] {
     let velocity = Attitude::new(&state::attitude(x)).rotation() * Vector3::new(x[U], x[V], x[W]);

@@ -9,7 +9,6 @@ use crate::row;
 
 /// How the vehicle's velocity evolves between measurements.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum ProcessModel {
     /// Constant body velocity, driven by white acceleration (2.25)-(2.33).
     Kinematic,

@@ -4,7 +4,6 @@ use crate::parameters::ParameterError;
 
 /// Why a configuration was refused.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum ConfigError {
     /// The named value is not finite or outside its range. A value without a row in the table of parameters is named by
     /// its field of [`super::config::NavigationConfig`].
@@ -42,7 +41,6 @@ impl From<ParameterError> for ConfigError {
 
 /// Why a prediction was refused, or how the filter failed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum NavigationError {
     /// Not configured or not initialised.
     NotInitialised = 1, // an Option's None is zero
@@ -60,7 +58,6 @@ pub enum NavigationError {
 
 /// Why a delayed state was not taken.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum CloneError {
     /// The filter is not initialised.
     NotInitialised,

@@ -4,7 +4,6 @@ use crate::effects::SensorChannel;
 
 /// A sensor as the consistency statistics know it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Sensor {
     /// Pressure depth.
     Depth,
@@ -67,7 +66,6 @@ impl Sensor {
 
 /// A delayed state held by the filter. Stale ids are refused, never misread.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct CloneId {
     pub(crate) slot: u8,
     pub(crate) generation: u32,
@@ -298,7 +296,6 @@ impl Measurement {
 
 /// Outcome of a scalar innovation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum FusionOutcome {
     /// It updated the state.
     Fused,

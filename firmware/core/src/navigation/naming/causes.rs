@@ -9,7 +9,6 @@ use crate::dynamics::FINS;
 
 /// What has changed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Cause {
     /// A fin has lost a share of its lift and drag; size: that share.
     FinLost(u8),

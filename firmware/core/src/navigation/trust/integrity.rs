@@ -259,12 +259,6 @@ impl Integrity {
     }
 }
 
-impl Default for Integrity {
-    fn default() -> Self {
-        Self::new()
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

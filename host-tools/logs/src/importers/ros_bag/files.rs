@@ -114,7 +114,7 @@ fn read_db3(path: &Path, take: &mut dyn Take) -> Outcome {
     let rows = database.table_rows(&topics, &mut |database, row| {
         let values = database.values(row, 1 + name.max(kind).max(encoding))?;
         let text = |place: usize| values.get(place).and_then(Value::text).unwrap_or_default();
-        known.insert(row.id(), [text(name), text(kind), text(encoding)]);
+        known.insert(row.id, [text(name), text(kind), text(encoding)]);
         Ok(())
     });
     rows.map_err(fail)?;

@@ -26,7 +26,8 @@ pub(super) struct Database {
 
 /// A row, with as much of it as stands in its page.
 pub(super) struct Row {
-    id: i64,
+    /// The number of the row, which a column that is `INTEGER PRIMARY KEY` has for its value.
+    pub id: i64,
     length: usize,
     local: Vec<u8>,
     overflow: u32,
@@ -225,13 +226,6 @@ impl Database {
             bytes.extend(page.get(4..4 + part).unwrap_or_default());
         }
         Ok(bytes)
-    }
-}
-
-impl Row {
-    /// The number of the row, which a column that is `INTEGER PRIMARY KEY` has for its value.
-    pub(super) const fn id(&self) -> i64 {
-        self.id
     }
 }
 

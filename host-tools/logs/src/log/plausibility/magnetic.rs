@@ -13,7 +13,6 @@ const SHARE: f64 = 0.3;
 
 impl Log {
     /// Declination where and when the log was written, rad, positive east, and the words for it; `None` without place or date.
-    #[must_use]
     pub fn declination(&self) -> Option<(f64, String)> {
         /// Mean length of a year, µs.
         const YEAR_US: f64 = 365.2425 * 86_400e6;

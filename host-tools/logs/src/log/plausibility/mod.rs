@@ -124,7 +124,6 @@ impl Examination {
     }
 
     /// Whether units, signs or times are probably wrong.
-    #[must_use]
     pub fn is_suspicious(&self) -> bool {
         self.suspicions().next().is_some()
     }

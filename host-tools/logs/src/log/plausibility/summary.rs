@@ -65,7 +65,6 @@ impl ColumnSummary {
     }
 
     /// Samples a second, by the median time between two; `None` with fewer than two.
-    #[must_use]
     pub fn rate_hz(&self) -> Option<f64> {
         (self.interval_s > 0.0).then(|| 1.0 / self.interval_s)
     }

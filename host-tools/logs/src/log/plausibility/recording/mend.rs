@@ -8,7 +8,8 @@ use std::fmt::Write as _;
 /// What a column becomes: (source + offset) · scale.
 #[derive(Clone, Copy, Debug)]
 pub struct Edit {
-    target: Column,
+    /// The column that changes.
+    pub target: Column,
     source: Column,
     scale: f64,
     offset: f64,
@@ -31,11 +32,6 @@ pub struct Mend {
 impl Edit {
     const fn plain(column: Column) -> Self {
         Self { target: column, source: column, scale: 1.0, offset: 0.0, unit: None }
-    }
-
-    /// The column that changes.
-    pub const fn target(&self) -> Column {
-        self.target
     }
 
     /// What this does to what another edit of the same column gave.

@@ -218,7 +218,7 @@ fn finding(mends: &[Mend], evidence: &[String]) -> Finding {
     let lines: Vec<String> = mends.iter().map(Mend::lines).collect();
     let evidence = evidence.join("; ");
     Finding {
-        column: first.edits.first().map(|edit| edit.target()),
+        column: first.edits.first().map(|edit| edit.target),
         severity: Severity::Suspicious,
         message: format!("{}{others}: {evidence}; mended by {}", first.what, lines.join(" or ").replace('\n', " and ")),
         what: first.what.clone(),
