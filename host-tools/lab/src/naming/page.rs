@@ -106,7 +106,7 @@ pub fn page(flown: &[NamedFlight], args: &Args) -> String {
     for flight in flown {
         let changes = flight.changes.iter().map(|change| match change.cause {
             0 => format!("{} at {:.1} min", change.text.replace('\n', " ").trim(), change.time_s / 60.0),
-            cause => format!("{} {:.3} at {:.1} min", name(cause), change.size, change.time_s / 60.0),
+            cause => format!("{} {:.3} at {:.1} min", name(cause), change.size[0], change.time_s / 60.0),
         });
         let changes = changes.collect::<Vec<_>>().join("; ");
         let outcome = match flight.outcome() {

@@ -4,7 +4,7 @@ use super::candidate::Candidate;
 use super::causes::{ALL, CAUSES, Cause};
 use super::columns::COLUMNS;
 use super::evidence::{Factor, Number, Weighed};
-use super::onset::REMEMBERED;
+use super::onset::{Onset, REMEMBERED};
 use super::scatter::Scatter;
 use super::sensitivities::{ONSETS, Sensitivities};
 use super::separate::Pair;
@@ -151,6 +151,10 @@ impl Naming {
 
     pub(super) fn hours(&self, time_us: u64) -> f64 {
         time_us.saturating_sub(self.start_us) as f64 / 3.6e9
+    }
+
+    pub(super) fn onsets(&self) -> &[Onset] {
+        self.sensitivities.onsets()
     }
 
     fn counts(&self) -> bool {
