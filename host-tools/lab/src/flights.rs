@@ -20,10 +20,10 @@ pub fn fly(scenario: &Scenario) -> anyhow::Result<FlightLog> {
 /// # Errors
 /// The same; a parameter that the board refuses.
 pub fn fly_with(scenario: &Scenario, more: &[(String, f64)]) -> anyhow::Result<FlightLog> {
-    fly_on(scenario, &mut Client::new(InProcess::new()), more)
+    fly_on(scenario, &mut Client::new(InProcess::new()), more, &AtomicBool::new(false))
 }
 
-/// The same on a board.
+/// The same on a board, until `stop`.
 ///
 /// # Errors
 /// The same.
@@ -31,13 +31,14 @@ pub fn fly_on<P: Ports>(
     scenario: &Scenario,
     client: &mut Client<P>,
     more: &[(String, f64)],
+    stop: &AtomicBool,
 ) -> anyhow::Result<FlightLog> {
-    let fly = || -> Result<FlightLog, FlightError> {
+    let mut fly = || -> Result<FlightLog, FlightError> {
         flight::prepare(scenario, client)?;
         if !more.is_empty() {
             client.set_parameters(more)?;
         }
-        flight::fly_prepared(scenario, client, None, &AtomicBool::new(false), |_| {})
+        flight::fly_prepared(scenario, client, None, stop, |_| {})
     };
     let seed = scenario.settings.seed;
     fly().with_context(|| format!("flight of seed {seed}"))

@@ -135,6 +135,11 @@ impl NamedFlight {
         outcome
     }
 
+    /// Until when its change is to be named, if it can be.
+    pub fn named_until_s(&self) -> Option<f64> {
+        self.knowable.as_ref()?.named_until_s()
+    }
+
     /// The last size said of a change, over its sigma from the truth.
     pub fn off(&self, change: &Change) -> Option<f64> {
         let said = self.statements.last()?.named.iter().find(|said| said.cause == change.cause)?;
