@@ -107,7 +107,8 @@ pub fn page(flown: &[NamedFlight], args: &Args) -> String {
     let mut text = format!(
         "# Does the board name what changes?\n\nMade by `cargo lab naming --runs {} --seed {} --minutes {}`: {} flights of \
          the default survey without a DVL, closed loop,\nseeds {} to {last}. A cause is drawn at 10 to 90 minutes. Shares \
-         with 95 % intervals (Wilson).\n\n",
+         with 95 % intervals (Wilson). What\n*significant* and *told apart* mean: [what could be known]\
+         (../method/naming.md#what-could-be-known).\n\n",
         args.runs,
         args.seed,
         args.minutes,
@@ -131,7 +132,10 @@ pub fn page(flown: &[NamedFlight], args: &Args) -> String {
         table.add_row([what.to_owned(), share.text()]);
     }
     let _ = writeln!(text, "{table}");
-    text.push_str("\n## Every flight\n\nThe first statement, and the last.\n\n");
+    text.push_str(
+        "\n## Every flight\n\n*Could be known*: minutes after the onset until it is significant, and \
+         told apart if that is later.\nThe first statement, and the last.\n\n",
+    );
     let mut table =
         markdown_table(["seed", "changed", "could be known", "first", "first statement", "last statement", "minutes"]);
     for flight in flown {
