@@ -6,9 +6,6 @@ use crate::flights;
 use backseat_wire::hostlink::Naming;
 use serde::{Deserialize, Serialize};
 
-/// After a change the board has so long to name it, s.
-pub const NAMED_WITHIN_S: f64 = 1200.0;
-
 /// A cause that the board named.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Said {

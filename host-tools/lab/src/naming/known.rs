@@ -1,7 +1,6 @@
 //! When a change could be known: the same flight over again, by somebody who is told cause, size and onset.
 
 use super::draw::{Change, Drawn};
-use super::fly::NAMED_WITHIN_S;
 use crate::flights::fly_on;
 use backseat_core::navigation::naming::{Cause, Named};
 use backseat_link::{BackseatError, Client, Ports};
@@ -11,6 +10,8 @@ use hil_sim::environment::ONSET_S;
 use serde::{Deserialize, Serialize};
 use std::sync::atomic::{AtomicBool, Ordering};
 
+/// The board has so long to name a change, s.
+pub const NAMED_WITHIN_S: f64 = 1200.0;
 /// A change is significant from so many sigmas on.
 const SIGNIFICANT: f64 = 3.0;
 /// It is told apart from the nearest other cause from so large odds on.

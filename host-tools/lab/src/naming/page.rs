@@ -2,8 +2,8 @@
 
 use super::Args;
 use super::draw::{Change, Kind};
-use super::fly::{NAMED_WITHIN_S, NamedFlight, Outcome, Said, Statement};
-use super::known::Knowable;
+use super::fly::{NamedFlight, Outcome, Said, Statement};
+use super::known::{Knowable, NAMED_WITHIN_S};
 use crate::intervals::Share;
 use backseat_core::effects::FIN_NAMES;
 use backseat_core::navigation::naming::Cause;
