@@ -80,7 +80,7 @@ impl Sea {
 }
 
 /// Time in which a current sets in, s.
-const ONSET_S: f64 = 300.0;
+pub const ONSET_S: f64 = 300.0;
 /// Half the width of a front, m.
 const FRONT_M: f64 = 20.0;
 

@@ -10,6 +10,7 @@ use crate::host::{HOST_RING, send};
 use crate::parameters::Settings;
 use crate::requests;
 use crate::ring::Ring;
+use backseat_core::navigation::naming::Naming;
 use backseat_wire::Counts;
 use backseat_wire::hostlink::{
     self, BoardLog, FittingReadings, FromBoard, Hardware, ImageId, Mode, ModeReason, Oscillator, Port, Refusal, Step,
@@ -179,8 +180,8 @@ impl App {
     }
 
     /// For a study.
-    pub fn naming(&self) -> &backseat_core::navigation::naming::Naming {
-        self.backseat.estimator.naming()
+    pub fn naming(&mut self) -> &mut Naming {
+        self.backseat.estimator.naming_mut()
     }
 
     /// Running digest of filter state and covariance.

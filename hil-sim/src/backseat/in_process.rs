@@ -5,6 +5,7 @@ use crate::faults::Flash;
 use backseat_app::parameters::{PARAMETER_SCHEMA, PARAMETERS, Parameter, Settings};
 use backseat_app::store::{ParameterFlash, RestartRecord};
 use backseat_app::{App, Health, Progress, Pump};
+use backseat_core::navigation::naming::Naming;
 use backseat_link::{BackseatError, Ports, Reset};
 use backseat_logs::session::Event;
 use backseat_wire::hostlink::{ImageId, Port};
@@ -79,6 +80,11 @@ impl InProcess {
     /// What was received, refused and dropped since the last start.
     pub fn health(&self) -> Health<'_> {
         self.app.health()
+    }
+
+    /// What the app knows of what has changed.
+    pub fn naming(&mut self) -> &mut Naming {
+        self.app.naming()
     }
 
     /// Lets the app work until it has nothing left to do.

@@ -1,7 +1,7 @@
 //! A flight of the app in this process: the whole board in lock-step with the simulator.
 
 use anyhow::Context;
-use backseat_link::Client;
+use backseat_link::{Client, Ports};
 use hil_sim::backseat::InProcess;
 use hil_sim::flight::{self, FlightError, FlightLog};
 use hil_sim::scenario::Scenario;
@@ -20,13 +20,25 @@ pub fn fly(scenario: &Scenario) -> anyhow::Result<FlightLog> {
 /// # Errors
 /// The same; a parameter that the board refuses.
 pub fn fly_with(scenario: &Scenario, more: &[(String, f64)]) -> anyhow::Result<FlightLog> {
-    let fly = || -> Result<FlightLog, FlightError> {
-        let mut client = Client::new(InProcess::new());
-        flight::prepare(scenario, &mut client)?;
+    fly_on(scenario, &mut Client::new(InProcess::new()), more, &AtomicBool::new(false))
+}
+
+/// The same on a board, until `stop`.
+///
+/// # Errors
+/// The same.
+pub fn fly_on<P: Ports>(
+    scenario: &Scenario,
+    client: &mut Client<P>,
+    more: &[(String, f64)],
+    stop: &AtomicBool,
+) -> anyhow::Result<FlightLog> {
+    let mut fly = || -> Result<FlightLog, FlightError> {
+        flight::prepare(scenario, client)?;
         if !more.is_empty() {
             client.set_parameters(more)?;
         }
-        flight::fly_prepared(scenario, &mut client, None, &AtomicBool::new(false), |_| {})
+        flight::fly_prepared(scenario, client, None, stop, |_| {})
     };
     let seed = scenario.settings.seed;
     fly().with_context(|| format!("flight of seed {seed}"))

@@ -25,6 +25,11 @@ impl Estimator {
         self.naming.follow(named);
     }
 
+    /// For a study.
+    pub fn naming_mut(&mut self) -> &mut Naming {
+        &mut self.naming
+    }
+
     /// What is named, and by how much the cause in use has predicted better.
     pub fn naming(&self) -> &Naming {
         &self.naming

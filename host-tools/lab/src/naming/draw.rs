@@ -27,8 +27,8 @@ pub struct Change {
     pub text: String,
     /// Its number in the board's table; 0: it is not there.
     pub cause: u8,
-    /// Its first number, in the cause's unit.
-    pub size: f64,
+    /// Its numbers, in the cause's units.
+    pub size: [f64; 2],
     /// When, s.
     pub time_s: f64,
 }
@@ -81,7 +81,7 @@ pub fn survey(seed: u64, minutes: f64, more: &str) -> anyhow::Result<Scenario> {
     Scenario::with_built_in_vehicle(&text, &format!("naming_{seed}.toml")).context(text.clone())
 }
 
-fn change(text: String, cause: Option<Cause>, size: f64, time_s: f64) -> Change {
+fn change(text: String, cause: Option<Cause>, size: [f64; 2], time_s: f64) -> Change {
     Change { text, cause: cause.map_or(0, Cause::number), size, time_s }
 }
 
@@ -97,44 +97,44 @@ fn inside(draw: &mut Draw, time_s: f64) -> (&'static str, Change) {
         0 => {
             let lost = draw.between(0.05, 0.4);
             let text = format!("[effects.fouling]\nshare = {:?}\ntime_s = {time_s:?}\n", 1.0 - lost);
-            ("thrust", change(text, Some(Cause::ThrustLost), lost, time_s))
+            ("thrust", change(text, Some(Cause::ThrustLost), [lost, 0.0], time_s))
         }
         1 => {
             let grown = draw.between(0.08, 0.6);
             let text = format!("[effects.entanglement]\nfactor = {:?}\ntime_s = {time_s:?}\n", 1.0 + grown);
-            ("thrust", change(text, Some(Cause::DragGrown), grown, time_s))
+            ("thrust", change(text, Some(Cause::DragGrown), [grown, 0.0], time_s))
         }
         2 | 3 => {
             let share = draw.between(0.0, 0.6);
             let text = format!("[effects.fin_lost]\nfin = \"{name}\"\nshare = {share:?}\ntime_s = {time_s:?}\n");
-            ("fin", change(text, Some(Cause::FinLost(fin as u8)), 1.0 - share, time_s))
+            ("fin", change(text, Some(Cause::FinLost(fin as u8)), [1.0 - share, 0.0], time_s))
         }
         4 | 5 => {
             let rad = draw.signed(0.01, 0.05);
             let text = format!("[effects.fin_stuck]\nfin = \"{name}\"\nrad = {rad:?}\ntime_s = {time_s:?}\n");
-            ("fin", change(text, Some(Cause::FinStuck(fin as u8)), rad, time_s))
+            ("fin", change(text, Some(Cause::FinStuck(fin as u8)), [rad, 1.0], time_s))
         }
         6 => {
             let (kg, x_m) = (draw.between(0.04, 0.14), draw.between(-0.3, 0.3));
             let text =
                 format!("[effects.flooding]\nkg = {kg:?}\nkg_per_s = 0.005\nx_m = {x_m:?}\ntime_s = {time_s:?}\n");
-            ("weight", change(text, Some(Cause::WeightChanged), kg, time_s))
+            ("weight", change(text, Some(Cause::WeightChanged), [kg, kg * x_m], time_s))
         }
         7 | 8 => {
             let [north, east] = [draw.signed(0.03, 0.25), draw.signed(0.03, 0.25)];
             let text =
                 format!("[environment.current]\nnorth_mps = {north:?}\neast_mps = {east:?}\nonset_s = {time_s:?}\n");
-            ("current", change(text, Some(Cause::CurrentChanged), north, time_s))
+            ("current", change(text, Some(Cause::CurrentChanged), [north, east], time_s))
         }
         9 => {
             let rad = draw.signed(0.02, 0.08);
             let text = fault("heading_jump", &format!("heading_rad = {rad:?}"), time_s);
-            ("heading", change(text, Some(Cause::HeadingOffset), rad, time_s))
+            ("heading", change(text, Some(Cause::HeadingOffset), [rad, 0.0], time_s))
         }
         _ => {
             let rate_mps = draw.signed(0.0005, 0.003);
             let text = fault("depth_drift", &format!("rate_mps = {rate_mps:?}"), time_s);
-            ("depth", change(text, Some(Cause::DepthDrift), 3600.0 * rate_mps, time_s))
+            ("depth", change(text, Some(Cause::DepthDrift), [3600.0 * rate_mps, 0.0], time_s))
         }
     }
 }
@@ -152,7 +152,7 @@ fn outside(draw: &mut Draw, time_s: f64) -> (&'static str, Change) {
             fault("ship_wander", &format!("sigma_m = {sigma_m:?}\nperiod_s = {period_s:?}"), time_s)
         }
     };
-    ("outside", change(text, None, 0.0, time_s))
+    ("outside", change(text, None, [0.0; 2], time_s))
 }
 
 #[cfg(test)]

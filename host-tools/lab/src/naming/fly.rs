@@ -1,12 +1,10 @@
 //! A flight, and what the board said in it.
 
 use super::draw::{Change, Drawn, Kind};
+use super::known::{self, Knowable};
 use crate::flights;
 use backseat_wire::hostlink::Naming;
 use serde::{Deserialize, Serialize};
-
-/// After a change the board has so long to name it, s.
-pub const NAMED_WITHIN_S: f64 = 1200.0;
 
 /// A cause that the board named.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -35,6 +33,8 @@ pub struct NamedFlight {
     pub number: u64,
     pub kind: Kind,
     pub changes: Vec<Change>,
+    /// Of a single one of the table: when it could be known.
+    pub knowable: Option<Knowable>,
     /// Each statement that names others than the one before, as it was first; behind them the last of all.
     pub statements: Vec<Statement>,
     pub ended_s: f64,
@@ -84,6 +84,7 @@ pub fn fly(seed: u64, drawn: &Drawn) -> anyhow::Result<NamedFlight> {
         number: seed,
         kind: drawn.kind,
         changes: drawn.changes.clone(),
+        knowable: if drawn.kind == Kind::One { known::knowable(drawn)? } else { None },
         statements,
         ended_s: flight.simulated_s,
         finished: flight.finished,
@@ -131,10 +132,15 @@ impl NamedFlight {
         outcome
     }
 
+    /// Until when its change is to be named, if it can be.
+    pub fn named_until_s(&self) -> Option<f64> {
+        self.knowable.as_ref()?.named_until_s()
+    }
+
     /// The last size said of a change, over its sigma from the truth.
     pub fn off(&self, change: &Change) -> Option<f64> {
         let said = self.statements.last()?.named.iter().find(|said| said.cause == change.cause)?;
-        Some((said.size - change.size) / said.sigma)
+        Some((said.size - change.size[0]) / said.sigma)
     }
 
     /// The last statement says *none of these*.

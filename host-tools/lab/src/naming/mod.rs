@@ -6,6 +6,7 @@
 mod asking;
 mod draw;
 mod fly;
+mod known;
 mod page;
 mod using;
 

@@ -1,8 +1,9 @@
 //! The page of `cargo lab naming`: the shares, and every flight with what changed and what was said.
 
 use super::Args;
-use super::draw::Kind;
-use super::fly::{NAMED_WITHIN_S, NamedFlight, Outcome, Said, Statement};
+use super::draw::{Change, Kind};
+use super::fly::{NamedFlight, Outcome, Said, Statement};
+use super::known::{Knowable, NAMED_WITHIN_S};
 use crate::intervals::Share;
 use backseat_core::effects::FIN_NAMES;
 use backseat_core::navigation::naming::Cause;
@@ -21,6 +22,9 @@ fn of_kind(flown: &[NamedFlight], kind: Kind) -> Vec<&NamedFlight> {
 }
 
 struct Shares {
+    significant: Share,
+    separable: Share,
+    named: Share,
     first: Share,
     first_or_rival: Share,
     sized: Share,
@@ -41,7 +45,18 @@ impl Shares {
             Outcome::Rival(delay_s) => rival && *delay_s <= NAMED_WITHIN_S,
             _ => false,
         };
+        let significant: Vec<_> = one
+            .iter()
+            .filter(|flight| flight.knowable.as_ref().is_some_and(|own| own.significant_s.is_some()))
+            .collect();
+        let separable: Vec<_> = one.iter().filter_map(|flight| Some((flight, flight.named_until_s()?))).collect();
         Self {
+            significant: Share { hits: significant.len(), of: one.len() },
+            separable: Share { hits: separable.len(), of: significant.len() },
+            named: Share::of(&separable, |(flight, until_s)| {
+                matches!(flight.outcome(), Outcome::Right(_))
+                    && flight.first().is_some_and(|first| first.time_s <= *until_s)
+            }),
             first: Share::of(&one, |flight| in_time(&flight.outcome(), false)),
             first_or_rival: Share::of(&one, |flight| in_time(&flight.outcome(), true)),
             sized: Share::of(&offs, |off| off.abs() < 1.96),
@@ -73,6 +88,18 @@ fn statement(statement: &Statement) -> String {
     format!("{:.1} min: {none}{what}", statement.time_s / 60.0)
 }
 
+/// After how many minutes it is significant, and told apart.
+fn knowable((change, own): (&Change, &Knowable)) -> String {
+    let minutes = |time_s: f64| (time_s - change.time_s) / 60.0;
+    let Some(significant_s) = own.significant_s else { return format!("no: {:.1} sigmas", own.sigmas) };
+    let apart = match own.separable_s {
+        Some(time_s) if time_s > significant_s => format!(", apart {:.1}", minutes(time_s)),
+        Some(_) => String::new(),
+        None => format!(", not from {}", name(own.rival)),
+    };
+    format!("{:.1} min{apart}", minutes(significant_s))
+}
+
 /// The page in Markdown.
 pub fn page(flown: &[NamedFlight], args: &Args) -> String {
     let shares = Shares::of(flown);
@@ -80,7 +107,8 @@ pub fn page(flown: &[NamedFlight], args: &Args) -> String {
     let mut text = format!(
         "# Does the board name what changes?\n\nMade by `cargo lab naming --runs {} --seed {} --minutes {}`: {} flights of \
          the default survey without a DVL, closed loop,\nseeds {} to {last}. A cause is drawn at 10 to 90 minutes. Shares \
-         with 95 % intervals (Wilson).\n\n",
+         with 95 % intervals (Wilson). What\n*significant* and *told apart* mean: [what could be known]\
+         (../method/naming.md#what-could-be-known).\n\n",
         args.runs,
         args.seed,
         args.minutes,
@@ -88,6 +116,9 @@ pub fn page(flown: &[NamedFlight], args: &Args) -> String {
         args.seed
     );
     let rows = [
+        ("one cause: significant by the end, three sigmas for one who knows it", shares.significant),
+        ("of these: told apart from the nearest other within 20 minutes", shares.separable),
+        ("of these: named first within 20 minutes of being significant", shares.named),
         ("one cause: named first within 20 minutes of its onset", shares.first),
         ("the same, first or as the rival of the first", shares.first_or_rival),
         ("size within its 95 % interval, where the right cause is named last", shares.sized),
@@ -101,12 +132,16 @@ pub fn page(flown: &[NamedFlight], args: &Args) -> String {
         table.add_row([what.to_owned(), share.text()]);
     }
     let _ = writeln!(text, "{table}");
-    text.push_str("\n## Every flight\n\nThe first statement, and the last.\n\n");
-    let mut table = markdown_table(["seed", "changed", "first", "first statement", "last statement", "minutes"]);
+    text.push_str(
+        "\n## Every flight\n\n*Could be known*: minutes after the onset until it is significant, and \
+         told apart if that is later.\nThe first statement, and the last.\n\n",
+    );
+    let mut table =
+        markdown_table(["seed", "changed", "could be known", "first", "first statement", "last statement", "minutes"]);
     for flight in flown {
         let changes = flight.changes.iter().map(|change| match change.cause {
             0 => format!("{} at {:.1} min", change.text.replace('\n', " ").trim(), change.time_s / 60.0),
-            cause => format!("{} {:.3} at {:.1} min", name(cause), change.size, change.time_s / 60.0),
+            cause => format!("{} {:.3} at {:.1} min", name(cause), change.size[0], change.time_s / 60.0),
         });
         let changes = changes.collect::<Vec<_>>().join("; ");
         let outcome = match flight.outcome() {
@@ -121,6 +156,7 @@ pub fn page(flown: &[NamedFlight], args: &Args) -> String {
         table.add_row([
             flight.number.to_string(),
             if changes.is_empty() { "none".to_owned() } else { changes },
+            flight.changes.first().zip(flight.knowable.as_ref()).map(knowable).unwrap_or_default(),
             outcome,
             shown(flight.first()),
             shown(flight.statements.last()),
@@ -137,6 +173,9 @@ pub fn json(flown: &[NamedFlight], seed: u64) -> String {
     let share = |share: Share| json!({ "hits": share.hits, "of": share.of });
     let value = json!({
         "seed": seed,
+        "significant": share(shares.significant),
+        "separable": share(shares.separable),
+        "separable_named_first": share(shares.named),
         "named_first": share(shares.first),
         "named_first_or_rival": share(shares.first_or_rival),
         "size_in_interval": share(shares.sized),

@@ -194,7 +194,7 @@ impl Factor {
     }
 
     /// I and r of up to two numbers.
-    fn left(
+    pub(super) fn left(
         &self,
         total: &Sums,
         numbers: &[Option<Number<'_>>; 2],

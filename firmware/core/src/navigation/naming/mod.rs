@@ -6,6 +6,7 @@ mod causes;
 mod coarse;
 mod columns;
 mod evidence;
+mod known;
 mod onset;
 mod scatter;
 mod sensitivities;
@@ -19,6 +20,7 @@ mod used;
 mod watch;
 
 pub use causes::{ALL as CAUSES, Cause};
+pub use known::Known;
 pub use sensitivities::Sensitivities;
 pub use statement::{Named, Statement};
 pub use watch::Naming;

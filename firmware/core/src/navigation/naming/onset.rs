@@ -98,6 +98,19 @@ impl Onset {
         }
     }
 
+    /// Sums and onset as they were if the innovations were what a change since then predicts, and nothing else.
+    pub(super) fn without_noise(&self, total: &Sums, change: impl Iterator<Item = (Direction, f64)>) -> (Sums, Self) {
+        let (mut sums, mut own) = (total.clone(), self.clone());
+        (sums.score, own.sums.score, own.held.score) = ([0.0; COLUMNS], [0.0; COLUMNS], [0.0; REMEMBERED.len()]);
+        for (v, size) in change {
+            sums.score.iter_mut().zip(self.products(total, &v)).for_each(|(score, product)| *score += size * product);
+            for (m, score) in own.held.score.iter_mut().enumerate() {
+                *score += size * self.state_between(m, &v);
+            }
+        }
+        (sums, own)
+    }
+
     /// Keeps its own sums for what is weighed now.
     pub(super) fn hold(&mut self) {
         self.held.clone_from(&self.running);

@@ -294,6 +294,23 @@ fn val_a_right_cause_predicts_better_and_a_wrong_one_worse() {
 }
 
 #[test]
+fn val_who_is_told_the_cause_tells_a_lost_fin_from_others_but_thrust_not_from_drag() {
+    for (column, size, cause, apart) in
+        [(FIN_LOST, 0.6, Cause::FinLost(0), true), (THRUST, 0.2, Cause::ThrustLost, false)]
+    {
+        let mut naming = Box::new(Naming::new());
+        fly((column, size), 600.0, 30, Some(Random(7)), &mut *naming);
+        let [Some(named), None] = naming.statement().expect("blocks were closed").named else { panic!("{cause:?}") };
+        let known = |size: f64| naming.known(cause, [size, 0.0], named.since_us).expect("its onset is kept");
+        assert!(known(size).sigmas > 10.0, "{cause:?}: {:?}", known(size));
+        assert_eq!(known(size).log_odds > libm::log(100.0), apart, "{cause:?}: {:?}", known(size));
+        // of rounding
+        assert!((known(2.0 * size).sigmas / known(size).sigmas - 2.0).abs() < 1.0e-6);
+        assert_eq!(naming.known(cause, [size, 0.0], named.since_us + 1), None);
+    }
+}
+
+#[test]
 fn val_drag_and_thrust_at_one_speed_are_each_others_rival() {
     let statement = stated(THRUST, 0.2);
     let [Some(named), None] = statement.named else { panic!("{statement:?}") };

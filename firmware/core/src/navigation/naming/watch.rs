@@ -4,7 +4,7 @@ use super::candidate::Candidate;
 use super::causes::{ALL, CAUSES, Cause};
 use super::columns::COLUMNS;
 use super::evidence::{Factor, Number, Weighed};
-use super::onset::REMEMBERED;
+use super::onset::{Onset, REMEMBERED};
 use super::scatter::Scatter;
 use super::sensitivities::{ONSETS, Sensitivities};
 use super::separate::Pair;
@@ -153,6 +153,10 @@ impl Naming {
         time_us.saturating_sub(self.start_us) as f64 / 3.6e9
     }
 
+    pub(super) fn onsets(&self) -> &[Onset] {
+        self.sensitivities.onsets()
+    }
+
     fn counts(&self) -> bool {
         self.deep_us > SETTLED_US
     }
@@ -260,30 +264,9 @@ impl Naming {
         Some(self.used.gain(onset, &onsets.last()?.sums, self.start_us))
     }
 
-    /// ln of the odds of each cause against no change, its best size and onset, for a study.
-    pub fn odds(&self) -> impl Iterator<Item = (Cause, f64, [f64; 2], u64)> + '_ {
-        ALL.iter().zip(&self.candidates).map(|(cause, candidate)| {
-            let log_odds = candidate.log_sum + libm::log(RATE_PER_H);
-            (*cause, log_odds, candidate.weighed.size, candidate.time_us)
-        })
-    }
-
-    /// Scatter of the scores over that of white innovations, for a study.
-    #[must_use]
-    pub fn colour(&self) -> [f64; COLUMNS] {
+    /// Scatter of the scores over that of white innovations.
+    pub(super) fn colour(&self) -> [f64; COLUMNS] {
         self.scatter.colour()
-    }
-
-    /// for a study
-    #[must_use]
-    pub fn is_idle(&self) -> bool {
-        self.stage == Stage::Idle
-    }
-
-    /// χ² that is left, and that is explained, for a study.
-    #[must_use]
-    pub fn left(&self) -> [f64; 2] {
-        [self.left, self.explained]
     }
 
     /// Keeps the sums as those of an onset, and begins to weigh.
