@@ -15,8 +15,9 @@ use embassy_sync::zerocopy_channel::Channel;
 
 /// Received bytes that may wait in a ring: 0.18 s at 115,200 baud; the pump looks every millisecond.
 const RING: usize = 2048;
-/// Bytes of one transfer to a port.
-const STAGE: usize = 128;
+/// Bytes of one transfer to a port. The next one waits for the end of a tick, and so for that of a step: a board that is
+/// overloaded has a few a second, and still has to tell the host so ten times a second.
+pub const STAGE: usize = 1024;
 
 /// Bytes that may wait for the card: six seconds of all ports at usual rates.
 const LOG: usize = 65_536;

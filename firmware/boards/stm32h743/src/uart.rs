@@ -3,7 +3,7 @@
 //! Reception runs by DMA into a ring, from start on; transmission takes what waits in a pipe and
 //! sends it by DMA. The pump looks every millisecond.
 
-use crate::memory::DmaMemory;
+use crate::memory::{DmaMemory, STAGE};
 use backseat_app::App;
 use backseat_wire::hostlink::Port;
 use core::convert::Infallible;
@@ -22,8 +22,8 @@ use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::pipe::Pipe;
 use embedded_io::{ErrorType, Read, ReadReady, Write, WriteReady};
 
-/// Bytes on their way to a port; the app's own rings hold the rest.
-const PIPE: usize = 256;
+/// Bytes on their way to a port, as many as a transfer takes; the app's own rings hold the rest.
+const PIPE: usize = STAGE;
 
 type Outgoing = Pipe<CriticalSectionRawMutex, PIPE>;
 
