@@ -2,7 +2,8 @@
 //!
 //! Every ten seconds the vehicle sends. The ship's array hears it and measures range, bearing and elevation; four
 //! transponders answer it, and the vehicle times the round trips. Sound goes along straight lines at the true speed; what
-//! is logged is by the declared one. Of outliers, which come by the effect `range_outliers`, there are more the longer the path.
+//! is logged is by the declared one. Of outliers, which come by the effect `range_outliers`, there are more the longer the
+//! path.
 
 use super::{COMMAND_US, Spec};
 use crate::noise::{Colour, Colouring, SensorClass};

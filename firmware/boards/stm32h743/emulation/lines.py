@@ -61,6 +61,7 @@ def host_flood(image, options):
     commands = [sent[found.start()][0] * 1e-6 for found in re.finditer(rb"\$OMP", bytes(byte for _, byte in sent))]
     apart = [after - before for before, after in itertools.pairwise(commands)]
     machine.measured["commands apart under a flood, ms"] = f"{min(apart):.1f} to {max(apart):.1f}"
+    # 5 ms: the app's tick of 1 ms, and what of a request is before it on the line, 0.5 ms a byte
     assert len(apart) > 55 and 95 < min(apart) and max(apart) < 105, apart
     machine.host.incoming.clear()
     assert host.mode() == ("navigating", "nominal") and not machine.resets, (host.mode(), machine.resets)

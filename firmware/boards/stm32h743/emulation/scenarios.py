@@ -11,8 +11,8 @@ import tty
 import zlib
 
 from card import Card
-from hostlink import (ACTIVE, DONE, DROP_WEIGHT, HEALTH_GET, MISSION_START, NOT_FITTED, ON_TRIAL, PARAMETER_STORE, READY, REFUSED, STEP_DONE,
-                      UPDATE_COMMIT, UPDATE_CONFIRM, Host, messages, request, step, varint)
+from hostlink import (ACTIVE, DONE, DROP_WEIGHT, HEALTH_GET, MISSION_START, NOT_FITTED, ON_TRIAL, PARAMETER_STORE, READY, REFUSED,
+                      STEP_DONE, UPDATE_COMMIT, UPDATE_CONFIRM, Host, messages, request, step, varint)
 from core import ENDLESS
 from machine import AXI, DTCM, DTCM_SIZE, FLASH, Machine
 from storage import IMAGE, WORD

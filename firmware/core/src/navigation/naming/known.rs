@@ -42,6 +42,7 @@ impl Naming {
         let numbers = parts.map(|part| part.map(|part| Number::Change(part, &onset)));
         let (information, score) = factor.left(&total, &numbers, &beside);
         let mut squared = size[0] * score[0] + size[1] * score[1];
+        // the second number of a lost fin is the inflow beside it: as well known as its prior, not told
         if let ([_, 0.0], [_, Some(nuisance)]) = (size, parts) {
             squared -= score[1] * score[1] / (information[1][1] + 1.0 / (nuisance.sigma * nuisance.sigma));
         }
