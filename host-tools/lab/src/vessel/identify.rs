@@ -168,6 +168,7 @@ mod tests {
     use serde_json::Value;
 
     #[test]
+    #[ignore = "half a minute without optimisation: .ci/nightly"]
     fn a_vessel_without_velocities_is_identified() {
         let voyage = Voyage { duration_s: 1800.0, velocities: false, wind_mps: [0.0; 2], noise: true };
         let read = ReadLog::new(Imported { format: "", log: simulate(&voyage, 1).0 });
