@@ -183,7 +183,7 @@ fn val_events_that_end() {
     assert_finds("drag_change:surge_ns_per_m=1.5,time_s=380,until_s=610", &[1.5, 380.0, 610.0], 29);
 }
 
-/// Entries that no board holds as parameters, in the order of their names in the catalogue.
+/// Entries that no board holds as parameters.
 #[test]
 fn val_sensors_and_propeller_that_only_a_log_knows() {
     assert_finds("dvl_delay:s=0.3", &[0.3], 92);
