@@ -1,6 +1,6 @@
 //! `backseat diagnose`: which physical effect the declared model lacks.
 
-use crate::log_input::{LogInput, explain_failure, is_admitted};
+use crate::log_input::{Beside, LogInput, explain_failure, is_admitted};
 use crate::outcome::Outcome;
 use crate::output::{Output, make_folder_of};
 use anyhow::bail;
@@ -48,6 +48,8 @@ pub struct Args {
     /// A second log of the same time base, joined to the first; may be repeated. Runs join by their labels
     #[arg(long, value_name = "LOG2")]
     with: Vec<PathBuf>,
+    #[command(flatten)]
+    beside: Beside,
     /// Use this run only, of a table that holds several, counted from 1
     #[arg(long, value_name = "N")]
     run: Option<u32>,
@@ -71,7 +73,8 @@ pub fn run(args: &Args) -> anyhow::Result<Outcome> {
     let vehicle_path = args.out.clone().or_else(|| args.output.in_report("vehicle.toml"));
     args.output.check(&[&vehicle_path, &args.output.in_report(TERMS_FILE)])?;
     let vehicle = args.vehicle.as_ref().map(|path| VehicleFile::read(path)).transpose()?;
-    let Some(read) = read(args)? else { return Ok(Outcome::Doubtful) };
+    let Some(mut read) = read(args)? else { return Ok(Outcome::Doubtful) };
+    args.beside.join(&mut read, vehicle.as_ref().unwrap_or(&VehicleFile::reference()))?;
     if let Some(horizon_s) = args.predict {
         if !(1.0..=600.0).contains(&horizon_s) {
             bail!("--predict {horizon_s}: expected 1 to 600 s");
@@ -145,7 +148,7 @@ fn options(args: &Args, read: &ReadLog) -> Options {
     let force = if args.output.is_forced() { " --force" } else { "" };
     Options {
         read: read.options.clone(),
-        beside: with.chain(run).collect(),
+        beside: with.chain(run).collect::<String>() + &args.beside.options(),
         judge: truth.into_iter().chain(no_dvl).collect::<String>() + force,
         vehicle: args.vehicle.as_ref().map(|vehicle| path("vehicle", vehicle)).unwrap_or_default(),
         is_navigable: uses::of(&read.log).iter().any(|of| of.command == "navigate" && of.possible),

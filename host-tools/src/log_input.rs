@@ -1,8 +1,10 @@
 //! The options by which every command reads a log.
 
 use crate::output::Output;
+use backseat_analysis::navigate::Trial;
 use backseat_analysis::read_log::ReadLog;
 use backseat_analysis::refusal;
+use backseat_logs::VehicleFile;
 use backseat_report::console;
 use std::path::{Path, PathBuf};
 
@@ -37,6 +39,48 @@ impl LogInput {
     pub const fn is_mapped(&self) -> bool {
         self.map.is_some()
     }
+}
+
+/// Logs of a trial that are joined to the vehicle's, by time.
+#[derive(clap::Args)]
+pub struct Beside {
+    /// Log of the ship: its GNSS (NMEA with RMC and GGA) and, where it has them, the fixes of its USBL ($PSIMSSB, USBLLONG),
+    /// joined by time
+    #[arg(long, value_name = "SHIP.nmea")]
+    ship: Option<PathBuf>,
+    /// Log of the vehicle's modem, or of the ship's, or of both by giving it twice ($CARXD and $CACST), joined by time
+    #[arg(long, value_name = "MODEM.log")]
+    modem: Vec<PathBuf>,
+    /// Latitude and longitude of the origin of the vehicle's log, degrees, where it has positions in metres alone
+    #[arg(long, value_name = "LAT,LON", allow_hyphen_values = true, value_parser = origin)]
+    origin: Option<[f64; 2]>,
+}
+
+impl Beside {
+    /// Joins them to the vehicle's log.
+    ///
+    /// # Errors
+    /// As [`Trial::join`].
+    pub fn join(&self, read: &mut ReadLog, vehicle: &VehicleFile) -> anyhow::Result<()> {
+        let Self { ship, modem, origin } = self;
+        Trial { ship: ship.clone(), modem: modem.clone(), origin_deg: *origin }.join(read, vehicle)
+    }
+
+    /// The same for the next command, each with a space before it.
+    pub fn options(&self) -> String {
+        let ship = self.ship.iter().map(|path| format!(" --ship {}", path.display()));
+        let modem = self.modem.iter().map(|path| format!(" --modem {}", path.display()));
+        let origin = self.origin.iter().map(|[latitude, longitude]| format!(" --origin {latitude},{longitude}"));
+        ship.chain(modem).chain(origin).collect()
+    }
+}
+
+fn origin(text: &str) -> Result<[f64; 2], String> {
+    let degrees = |text: &str, most: f64| text.trim().parse().ok().filter(|degrees: &f64| degrees.abs() <= most);
+    let origin = text
+        .split_once(',')
+        .and_then(|(latitude, longitude)| Some([degrees(latitude, 90.0)?, degrees(longitude, 180.0)?]));
+    origin.ok_or_else(|| "expected latitude and longitude in degrees, such as 41.53,-70.67".to_owned())
 }
 
 /// Whether a command goes on with its logs: what contradicts physics is refused, unless `--force` was given. Says what was

@@ -1,10 +1,10 @@
 //! `backseat navigate`: the flight filter over a recorded mission.
 
-use crate::log_input::{LogInput, explain_failure, is_admitted};
+use crate::log_input::{Beside, LogInput, explain_failure, is_admitted};
 use crate::outcome::Outcome;
 use crate::output::Output;
 use anyhow::Context;
-use backseat_analysis::navigate::{self, Model, RECEIVER_BIAS_M, Settings, Trial};
+use backseat_analysis::navigate::{self, Model, RECEIVER_BIAS_M, Settings};
 use backseat_analysis::read_log::ReadLog;
 use backseat_analysis::uses;
 use backseat_core::navigation::Area;
@@ -64,15 +64,8 @@ pub struct Args {
     /// One sigma per axis of the slow errors of the receivers of vehicle and ship, m (protection level)
     #[arg(long, value_name = "M", default_value_t = RECEIVER_BIAS_M, value_parser = length)]
     receiver_bias: f64,
-    /// Log of the ship's GNSS (NMEA with RMC and GGA), joined by time
-    #[arg(long, value_name = "SHIP.nmea")]
-    ship: Option<PathBuf>,
-    /// Log of the vehicle's modem, or of the ship's, or of both by giving it twice ($CARXD and $CACST), joined by time
-    #[arg(long, value_name = "MODEM.log")]
-    modem: Vec<PathBuf>,
-    /// Latitude and longitude of the origin of the vehicle's log, degrees, where it has positions in metres alone
-    #[arg(long, value_name = "LAT,LON", allow_hyphen_values = true, value_parser = origin)]
-    origin: Option<[f64; 2]>,
+    #[command(flatten)]
+    beside: Beside,
     /// Terms that `diagnose --report` proposed, taken out of the readings
     #[arg(long, value_name = "TERMS.toml")]
     terms: Option<PathBuf>,
@@ -112,14 +105,6 @@ fn length(text: &str) -> Result<f64, String> {
     metres.ok_or_else(|| "expected metres, 0 to 1000".to_owned())
 }
 
-fn origin(text: &str) -> Result<[f64; 2], String> {
-    let degrees = |text: &str, most: f64| text.trim().parse().ok().filter(|degrees: &f64| degrees.abs() <= most);
-    let origin = text
-        .split_once(',')
-        .and_then(|(latitude, longitude)| Some([degrees(latitude, 90.0)?, degrees(longitude, 180.0)?]));
-    origin.ok_or_else(|| "expected latitude and longitude in degrees, such as 41.53,-70.67".to_owned())
-}
-
 /// Reads, runs, compares, writes.
 pub fn run(args: &Args) -> anyhow::Result<Outcome> {
     args.output.check(&[&args.out, &args.learn])?;
@@ -129,8 +114,7 @@ pub fn run(args: &Args) -> anyhow::Result<Outcome> {
     if !is_admitted(&mut [&mut read], "navigate", &args.output)? {
         return Ok(Outcome::Doubtful);
     }
-    let trial = Trial { ship: args.ship.clone(), modem: args.modem.clone(), origin_deg: args.origin };
-    trial.join(&mut read, &vehicle)?;
+    args.beside.join(&mut read, &vehicle)?;
     if let Some(path) = &args.terms {
         navigate::take_out_file(&mut read, &vehicle, path)?;
     }
@@ -143,18 +127,18 @@ fn next(args: &Args, read: &ReadLog) -> Option<(&'static str, String)> {
     if read.examination.suspicions().next().is_some() {
         return Some(("Which columns contradict physics:", format!("backseat info {log}{options}")));
     }
-    // What was joined to the log, or taken out of it, no other command knows.
-    let is_alone = args.ship.is_none() && args.modem.is_empty() && args.terms.is_none();
+    // What was taken out of the log, no other command knows.
     let is_diagnosed = uses::of(&read.log).iter().any(|of| of.command == "diagnose" && of.possible);
-    (is_alone && is_diagnosed).then(|| {
+    (args.terms.is_none() && is_diagnosed).then(|| {
         let path = |name: &str, path: &Option<PathBuf>| {
             path.as_ref().map_or_else(String::new, |path| format!(" --{name} {}", path.display()))
         };
         let (vehicle, truth) = (path("vehicle", &args.vehicle), path("truth", &args.truth));
+        let beside = args.beside.options();
         let no_dvl = if args.no_dvl { " --no-dvl" } else { "" };
         (
             "What the declared vehicle lacks, by name:",
-            format!("backseat diagnose {log}{options}{vehicle}{truth}{no_dvl}"),
+            format!("backseat diagnose {log}{options}{beside}{vehicle}{truth}{no_dvl}"),
         )
     })
 }

@@ -56,7 +56,10 @@ fn navigate(log: &Log) -> Result<&'static str, String> {
     let is_seen = log.rows.iter().any(|row| row.usbl().is_some() && row.ship_at_launch_m().is_some());
     let start = if is_seen { String::new() } else { lacking(log, &[Column::GpsX, Column::GpsY]) };
     match navigation(log) {
-        None if is_beside(log) && [Column::Tol, Column::Range, Column::UplinkRange].iter().any(|c| log.has(*c)) => {
+        None if is_beside(log)
+            && !log.has(Column::ShipGpsX)
+            && [Column::Tol, Column::Range, Column::UplinkRange].iter().any(|c| log.has(*c)) =>
+        {
             Ok("only beside a vehicle's log, with --modem")
         }
         _ if !start.is_empty() && log.runs.is_empty() => Err(format!("lacks a fix to start from: {start}")),

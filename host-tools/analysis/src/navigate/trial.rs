@@ -17,6 +17,9 @@ use backseat_logs::stats::median;
 use backseat_logs::{Log, VehicleFile};
 use std::path::{Path, PathBuf};
 
+/// North and east of what a log beside the vehicle's may hold.
+const PLACES: [[Column; 2]; 3] =
+    [[Column::GpsX, Column::GpsY], [Column::ShipX, Column::ShipY], [Column::ShipGpsX, Column::ShipGpsY]];
 /// Largest offset of the vehicle's clock that is looked for, s.
 const LARGEST_S: f64 = 120.0;
 /// Steps of the search, s: coarse over everything, then fine about the best.
@@ -27,7 +30,7 @@ const LEAST_RANGES: usize = 12;
 /// The logs of the ship and of the modem.
 #[derive(Clone, Debug, Default)]
 pub struct Trial {
-    /// Log of the ship's GNSS (NMEA with RMC and GGA).
+    /// Log of the ship's GNSS (NMEA with RMC and GGA), with the fixes of its USBL or without.
     pub ship: Option<PathBuf>,
     /// Logs of the vehicle's modem, of the ship's, or of both ($CARXD and $CACST).
     pub modem: Vec<PathBuf>,
@@ -106,14 +109,12 @@ fn beside(log: &Log, other: &Log, path: &Path, is_ship: bool) -> anyhow::Result<
         ),
     };
     // a ship's modem has heard ranges alone, which are nowhere
-    let has_places = [Column::GpsX, Column::ShipX].into_iter().any(|column| other.has(column));
+    let has_places = PLACES.into_iter().any(|[column, _]| other.has(column));
     let [north_m, east_m] =
         if has_places { importers::local_m(placed(log, &log.path)?, placed(other, path)?) } else { [0.0; 2] };
     let moved = other.rows.iter().map(|row| {
         let mut row = row.clone();
-        for (column, shift) in
-            [(Column::GpsX, north_m), (Column::GpsY, east_m), (Column::ShipX, north_m), (Column::ShipY, east_m)]
-        {
+        for (column, shift) in PLACES.into_iter().flat_map(|[north, east]| [(north, north_m), (east, east_m)]) {
             if let Some(value) = row.get(column) {
                 row.set(column, value + shift);
             }
@@ -123,7 +124,8 @@ fn beside(log: &Log, other: &Log, path: &Path, is_ship: bool) -> anyhow::Result<
                 row.set(column, time_s + shift_us as f64 / 1e6);
             }
         }
-        if is_ship {
+        // with fixes by USBL it says itself what is the ship's
+        if is_ship && !other.has(Column::ShipGpsX) {
             let fix = [row.get(Column::GpsX), row.get(Column::GpsY)].map(|value| value.unwrap_or(f64::NAN));
             row = LogRow::new(row.time_us);
             row.set_all(Column::ShipGpsX, &fix);
@@ -167,7 +169,7 @@ fn clock_offset(log: &Log, others: &[(i64, LogRow)], vehicle: &VehicleFile) -> a
     fixes.sort_by_key(|(time_us, _)| *time_us);
     ranges.extend(others.iter().filter_map(|(time_us, row)| {
         let launch_us = (row.get(Column::Tol)? * 1e6).round() as i64;
-        Some((launch_us, row.get(Column::UplinkRange)?, between(&fixes, *time_us)?))
+        Some((launch_us, row.get(Column::UplinkRange)?, importers::place_between(&fixes, *time_us)?))
     }));
     if ranges.len() < LEAST_RANGES {
         return Ok(None);
@@ -202,14 +204,6 @@ fn clock_offset(log: &Log, others: &[(i64, LogRow)], vehicle: &VehicleFile) -> a
         reach = step;
     }
     Ok(Some(Offset { seconds: best, ranges: ranges.len(), misfit_m: [before, least] }))
-}
-
-/// North and east at a time between two fixes less than half a minute apart.
-fn between(fixes: &[(i64, [f64; 2])], time_us: i64) -> Option<[f64; 2]> {
-    let after = fixes.partition_point(|(fix_us, _)| *fix_us < time_us);
-    let [(from_us, from), (to_us, to)] = fixes.get(after.checked_sub(1)?..=after)? else { return None };
-    let share = (time_us - from_us) as f64 / (to_us - from_us) as f64;
-    (to_us - from_us < 30_000_000).then(|| [0, 1].map(|axis| from[axis] + share * (to[axis] - from[axis])))
 }
 
 /// The track of the vehicle's log by itself, without ranges.

@@ -28,8 +28,8 @@ pub(super) struct Gathering {
     origin: Option<Origin>,
     /// The first time that a row refers to, µs.
     first_us: Option<i64>,
-    /// Messages that were left out, by name, with their count and the reason.
-    left_out: BTreeMap<String, (usize, Cow<'static, str>)>,
+    /// How many messages were left out, by reason and name.
+    left_out: BTreeMap<(Cow<'static, str>, String), usize>,
 }
 
 impl Gathering {
@@ -53,11 +53,21 @@ impl Gathering {
 
     /// Adds a fix.
     pub(super) fn add_fix(&mut self, time_us: i64, latitude_deg: f64, longitude_deg: f64) {
-        if !(latitude_deg.abs() <= 90.0 && longitude_deg.abs() <= 180.0) {
-            return;
+        self.add_place(time_us, [Column::GpsX, Column::GpsY], [latitude_deg, longitude_deg]);
+    }
+
+    /// Adds a fix of the ship; north and east of the first place, m.
+    pub(super) fn add_ship_fix(&mut self, time_us: i64, place_deg: [f64; 2]) -> Option<[f64; 2]> {
+        self.add_place(time_us, [Column::ShipGpsX, Column::ShipGpsY], place_deg)
+    }
+
+    fn add_place(&mut self, time_us: i64, [north, east]: [Column; 2], place_deg: [f64; 2]) -> Option<[f64; 2]> {
+        if !(place_deg[0].abs() <= 90.0 && place_deg[1].abs() <= 180.0) {
+            return None;
         }
-        let [x_m, y_m] = self.local_m([latitude_deg, longitude_deg]);
-        self.add(time_us, &[(Column::GpsX, x_m), (Column::GpsY, y_m)]);
+        let [x_m, y_m] = self.local_m(place_deg);
+        self.add(time_us, &[(north, x_m), (east, y_m)]);
+        Some([x_m, y_m])
     }
 
     /// Adds the range of a packet, by its launch and its arrival in µs since 1970, with the ship's place at launch.
@@ -70,26 +80,21 @@ impl Gathering {
     ) {
         let [x_m, y_m] = self.local_m(ship_deg);
         let travel_s = (arrival_us - launch_us) as f64 * 1e-6;
-        let mut samples = vec![
-            (Column::Range, travel_s * sound_mps),
-            (Column::Tol, launch_us as f64 * 1e-6),
-            (Column::Toa, arrival_us as f64 * 1e-6),
-            (Column::ShipX, x_m),
-            (Column::ShipY, y_m),
-        ];
+        let mut samples = vec![(Column::Range, travel_s * sound_mps), (Column::ShipX, x_m), (Column::ShipY, y_m)];
         samples.extend(range_rate_mps.map(|rate_mps| (Column::RangeRate, rate_mps)));
-        // the log begins at the launch, so that no time in it is negative
-        self.first_us = Some(self.first_us.map_or(launch_us, |first_us| first_us.min(launch_us)));
-        self.add(arrival_us, &samples);
+        self.add_flight([launch_us, arrival_us], samples);
     }
 
     /// Adds the range of a vehicle's uplink at the ship, by its launch and its arrival in µs since 1970.
     pub(super) fn add_uplink(&mut self, [launch_us, arrival_us]: [i64; 2], sound_mps: f64) {
-        let samples = [
-            (Column::UplinkRange, (arrival_us - launch_us) as f64 * 1e-6 * sound_mps),
-            (Column::Tol, launch_us as f64 * 1e-6),
-            (Column::Toa, arrival_us as f64 * 1e-6),
-        ];
+        let range_m = (arrival_us - launch_us) as f64 * 1e-6 * sound_mps;
+        self.add_flight([launch_us, arrival_us], vec![(Column::UplinkRange, range_m)]);
+    }
+
+    /// Adds what was measured of sound, by its launch and its arrival in µs since 1970.
+    pub(super) fn add_flight(&mut self, [launch_us, arrival_us]: [i64; 2], mut samples: Vec<(Column, f64)>) {
+        samples.extend([(Column::Tol, launch_us as f64 * 1e-6), (Column::Toa, arrival_us as f64 * 1e-6)]);
+        // the log begins at the launch, so that no time in it is negative
         self.first_us = Some(self.first_us.map_or(launch_us, |first_us| first_us.min(launch_us)));
         self.add(arrival_us, &samples);
     }
@@ -107,13 +112,13 @@ impl Gathering {
 
     /// Counts messages that are left out.
     pub(super) fn leave_out_so_many(&mut self, name: &str, count: usize, reason: impl Into<Cow<'static, str>>) {
-        self.left_out.entry(name.to_owned()).or_insert_with(|| (0, reason.into())).0 += count;
+        *self.left_out.entry((reason.into(), name.to_owned())).or_default() += count;
     }
 
     /// The log, its first row at zero.
     pub(super) fn finish(mut self, path: &Path, mut notes: Vec<String>) -> Result<Log, DataError> {
         let mut reasons: BTreeMap<&str, Vec<String>> = BTreeMap::new();
-        for (name, (count, reason)) in &self.left_out {
+        for ((reason, name), count) in &self.left_out {
             reasons.entry(reason).or_default().push(format!("{name} ({count})"));
         }
         for (reason, mut names) in reasons {

@@ -48,6 +48,15 @@ pub fn local_m(origin_deg: [f64; 2], [latitude_deg, longitude_deg]: [f64; 2]) ->
     origin::Origin::new(origin_deg[0], origin_deg[1]).local_m(latitude_deg, longitude_deg)
 }
 
+/// North and east at a time between two fixes less than half a minute apart, m; the fixes in order of time, µs.
+#[must_use]
+pub fn place_between(fixes: &[(i64, [f64; 2])], time_us: i64) -> Option<[f64; 2]> {
+    let after = fixes.partition_point(|(fix_us, _)| *fix_us < time_us);
+    let [(from_us, from), (to_us, to)] = fixes.get(after.checked_sub(1)?..=after)? else { return None };
+    let share = (time_us - from_us) as f64 / (to_us - from_us) as f64;
+    (to_us - from_us < 30_000_000).then(|| [0, 1].map(|axis| from[axis] + share * (to[axis] - from[axis])))
+}
+
 /// A log and how it was understood.
 #[derive(Clone, Debug)]
 pub struct Imported {
