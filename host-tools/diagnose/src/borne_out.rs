@@ -11,6 +11,8 @@ use std::collections::BTreeMap;
 /// Data that would gain less than this by the effect as it was found say nothing of it: two and a half sigmas of the gain
 /// lie between right and wrong.
 const LEAST_EXPECTED: f64 = 6.0;
+/// Sigmas by which a gain must fall short: of effects that are there one in two hundred does.
+const SHORT_SIGMAS: f64 = 2.576;
 
 /// What an effect takes away from data that had no say in it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -52,7 +54,7 @@ impl BorneOut {
     /// half of that.
     #[must_use]
     pub fn is_refuted(&self) -> bool {
-        let falls_short = self.gain + Z_95 * self.error < self.expected && self.gain < 0.5 * self.expected;
+        let falls_short = self.gain + SHORT_SIGMAS * self.error < self.expected && self.gain < 0.5 * self.expected;
         self.is_tested() && (self.gain <= 0.0 || falls_short)
     }
 }

@@ -1,7 +1,8 @@
-//! Noise as sensors have it: of each channel a white part and up to two that last, estimated beside the effects found.
+//! Noise as sensors have it: of each channel its size, a white part and up to two that last, estimated beside the effects
+//! found.
 //!
 //! The parts are chosen by likelihood, Σ (ln S + e²) over the blocks that choose, on a grid of shares and time constants:
-//! every trial changes all channels at once, and each channel keeps the trial under which its own innovations are most
+//! every trial changes all channels at once, and each device keeps the trial under which its own innovations are most
 //! likely. No channel's noise grows beyond what its kind of sensor makes ([`SensorKind::most`]), so that what no sensor
 //! makes stays in the innovations.
 //!
@@ -11,47 +12,53 @@ use crate::log_effects::Effects;
 use crate::prepared_log::{DataPart, PreparedLog};
 use crate::samples::ResidualChannel;
 use crate::whitener::{self, Colour, Pass, Setup};
-use backseat_logs::stats::{autocorrelation, ljung_box};
+use backseat_logs::stats::{autocorrelation, chi_square_tail, ljung_box};
 use rayon::prelude::*;
 
 /// Sensors whose noise is estimated together.
 pub struct Sensors {
-    channels: &'static [ResidualChannel],
+    /// Channels of one device: their noise is of one spectrum, each of its own size. What lasts in one of them alone is
+    /// motion.
+    devices: &'static [&'static [ResidualChannel]],
     /// So many seconds from a log's beginning say enough of their noise.
     pub longest_s: f64,
     /// Samples below which a channel's noise is taken as declared.
     fewest: usize,
-    /// What a part that lasts must gain in Σ (ln S + e²): three numbers at their cost, 3 ln n.
+    /// What a part that lasts must gain in Σ (ln S + e²): two numbers at their cost, 2 ln n.
     least_gain: f64,
 }
 
 /// All whose noise may last. GNSS fixes count by their design effect.
 pub const SENSORS: [Sensors; 2] = [
-    // Of a time constant of a minute, ten; in a log of 10,000 samples.
-    Sensors { channels: &OWN, longest_s: 600.0, fewest: 400, least_gain: 27.0 },
+    // Of a time constant of a minute, thirty.
+    Sensors { devices: &OWN, longest_s: 1800.0, fewest: 400, least_gain: 18.0 },
     // A reading every ten seconds is seldom: an hour, 150 samples.
-    Sensors { channels: &ACOUSTIC, longest_s: 3600.0, fewest: 60, least_gain: 15.0 },
+    Sensors { devices: &ACOUSTIC, longest_s: 3600.0, fewest: 60, least_gain: 15.0 },
 ];
-const OWN: [ResidualChannel; 10] = [
-    ResidualChannel::Depth,
-    ResidualChannel::Roll,
-    ResidualChannel::Pitch,
-    ResidualChannel::Heading,
-    ResidualChannel::P,
-    ResidualChannel::Q,
-    ResidualChannel::R,
-    ResidualChannel::DvlU,
-    ResidualChannel::DvlV,
-    ResidualChannel::DvlW,
+const OWN: [&[ResidualChannel]; 5] = [
+    &[ResidualChannel::Depth],
+    &[ResidualChannel::Roll, ResidualChannel::Pitch],
+    &[ResidualChannel::Heading],
+    &[ResidualChannel::P, ResidualChannel::Q, ResidualChannel::R],
+    &[ResidualChannel::DvlU, ResidualChannel::DvlV, ResidualChannel::DvlW],
 ];
-const ACOUSTIC: [ResidualChannel; 4] =
-    [ResidualChannel::Range, ResidualChannel::UsblAlong, ResidualChannel::UsblAcross, ResidualChannel::UsblDown];
-/// Lags of the test whether there is anything to estimate, and its probability.
+const ACOUSTIC: [&[ResidualChannel]; 3] = [
+    &[ResidualChannel::Range],
+    &[ResidualChannel::UsblAlong, ResidualChannel::UsblAcross],
+    &[ResidualChannel::UsblDown],
+];
+/// What a second part must gain: χ² of two numbers, by chance once in a hundred. One too many costs less than an effect
+/// that is noise.
+const SECOND_GAIN: f64 = 9.2;
+/// Lags of the test whether noise is other than declared, and its probability.
 const LAGS: usize = 20;
 const SUSPECTED: f64 = 1e-4;
 /// Time constants in s and shares tried at first.
 const TAUS_S: [f64; 5] = [0.7, 2.0, 6.0, 20.0, 60.0];
 const SHARES: [f64; 2] = [0.15, 0.6];
+/// How much quieter than declared a channel may be: data sheets round up. Held at the declared size, the parts that last of
+/// a quieter channel take up too much, and what is left swings back.
+const LEAST_SIZE: f64 = 0.6;
 
 /// Noise of one channel, relative to what is declared.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -93,37 +100,49 @@ impl Noise {
     }
 }
 
-/// Estimates the noise of some sensors beside a set of effects; `None` where none of it lasts. Channels of `kept` stay.
+/// Estimates the noise of some sensors beside a set of effects; `None` where it is as declared. Channels of `kept` stay.
 #[must_use]
 pub fn estimate(log_data: &PreparedLog, set: &Effects, sensors: &Sensors, kept: &[ResidualChannel]) -> Option<Noise> {
     let base = log_data.pass(set, &[])?;
-    let mut suspected = suspected(log_data, &base, sensors);
-    suspected.retain(|channel| !kept.contains(channel));
-    if suspected.is_empty() {
+    let innovations = innovations(log_data, &base, sensors, kept);
+    if !innovations.iter().any(|(_, e)| is_other(e)) {
         return None;
     }
-    let mixtures = Search { log_data, set, suspected: &suspected, least_gain: sensors.least_gain }.run()?;
-    let lasts = suspected.iter().any(|channel| mixtures[*channel as usize].parts[0].0 > 0.0);
-    lasts.then_some(Noise { mixtures, channels: suspected })
+    // One filter weighs all channels: each has its noise estimated beside the others'.
+    let channels: Vec<ResidualChannel> = innovations.iter().map(|(channel, _)| *channel).collect();
+    let mixtures = Search { log_data, set, channels: &channels, sensors }.run()?;
+    Some(Noise { mixtures, channels })
 }
 
-/// Whether innovations of any channel are not white where nothing judges.
+/// Whether innovations of any channel are not white, or larger than declared, where nothing judges.
 #[must_use]
 pub fn is_suspected(log_data: &PreparedLog, pass: &Pass) -> bool {
-    SENSORS.iter().any(|sensors| !suspected(log_data, pass, sensors).is_empty())
+    let of = |sensors| innovations(log_data, pass, sensors, &[]);
+    SENSORS.iter().flat_map(of).any(|(_, e)| is_other(&e))
 }
 
-fn suspected(log_data: &PreparedLog, pass: &Pass, sensors: &Sensors) -> Vec<ResidualChannel> {
-    let is_suspected = |channel: &ResidualChannel| {
-        let seen = |t_s: f64| log_data.split.is_at(DataPart::Seen, t_s);
-        let mut own: Vec<_> =
-            pass.residuals.iter().filter(|r| r.channel == *channel && r.used && seen(r.t_s)).collect();
+/// Normalised innovations of the channels that have enough of them.
+fn innovations(
+    log_data: &PreparedLog,
+    pass: &Pass,
+    sensors: &Sensors,
+    kept: &[ResidualChannel],
+) -> Vec<(ResidualChannel, Vec<f64>)> {
+    let seen = |t_s: f64| log_data.split.is_at(DataPart::Seen, t_s);
+    let of = |channel: ResidualChannel| {
+        let mut own: Vec<_> = pass.residuals.iter().filter(|r| r.channel == channel && r.used && seen(r.t_s)).collect();
         // what lasts, lasts for one transponder
         own.sort_by_key(|r| r.station);
         let e: Vec<f64> = own.into_iter().map(whitener::Residual::normalised).collect();
-        e.len() >= sensors.fewest && ljung_box(&autocorrelation(&e, LAGS), e.len(), 0) < SUSPECTED
+        (e.len() >= sensors.fewest).then_some((channel, e))
     };
-    sensors.channels.iter().copied().filter(is_suspected).collect()
+    sensors.devices.concat().into_iter().filter(|channel| !kept.contains(channel)).filter_map(of).collect()
+}
+
+/// Whether innovations are not white, or larger than declared.
+fn is_other(e: &[f64]) -> bool {
+    let square: f64 = e.iter().map(|e| e * e).sum();
+    ljung_box(&autocorrelation(e, LAGS), e.len(), 0) < SUSPECTED || chi_square_tail(square, e.len()) < SUSPECTED
 }
 
 /// Sets the noise of `channels`.
@@ -143,63 +162,91 @@ fn apply(setup: &mut Setup, noise: &Mixtures, channels: &[ResidualChannel]) {
 struct Search<'a> {
     log_data: &'a PreparedLog,
     set: &'a Effects,
-    suspected: &'a [ResidualChannel],
-    least_gain: f64,
+    channels: &'a [ResidualChannel],
+    sensors: &'a Sensors,
 }
+
+/// Noise of all channels, with its cost.
+#[derive(Clone, Copy)]
+struct Best {
+    mixtures: Mixtures,
+    cost: Costs,
+}
+
+type Costs = [f64; ResidualChannel::COUNT];
 
 impl Search<'_> {
     fn run(&self) -> Option<Mixtures> {
         let scale = &self.log_data.setup.scale;
-        let white: Mixtures = std::array::from_fn(|channel| Mixture::white(scale[channel]));
-        let plain = self.cost(&white)?;
-        let mut best = (white, plain);
-        let first = |share: f64, tau_s: f64| move |m: &Mixture| Mixture { parts: [(share, tau_s), (0.0, 1.0)], ..*m };
-        let grid: Vec<_> = SHARES.iter().flat_map(|share| TAUS_S.map(|tau_s| first(*share, tau_s))).collect();
-        self.improve(&mut best, &grid);
-        let share = |share: f64| {
-            move |m: &Mixture| with_part(m, 0, |(old, tau_s)| (if old > 0.0 { share } else { 0.0 }, tau_s))
-        };
-        self.improve(&mut best, &[0.08, 0.35, 0.8, 0.93].map(share));
-        self.improve(&mut best, &[0.75, 0.87, 1.15, 1.35, 1.6].map(sized));
+        let declared: Mixtures = std::array::from_fn(|channel| Mixture::white(scale[channel]));
+        let mut best = Best { mixtures: declared, cost: self.cost(&declared)? };
+        self.resize(&mut best, &[0.65, 0.8, 1.25, 1.6]);
+        self.resize(&mut best, &[0.84, 0.92, 1.09, 1.19]);
+        self.resize(&mut best, &[0.96, 1.04]);
+        let white = best;
+        let grid =
+            SHARES.iter().flat_map(|share| TAUS_S.map(|tau_s| move |m: &Mixture| with_part(m, 0, |_| (*share, tau_s))));
+        self.improve(&mut best, &grid.collect::<Vec<_>>());
+        self.improve(&mut best, &[0.08, 0.35, 0.8, 0.93].map(|share| shared(0, share)));
+        self.resize(&mut best, &[0.75, 0.87, 1.15, 1.35, 1.6]);
         self.improve(&mut best, &[0.6, 1.6].map(slower));
-        let second = |share: f64, tau_s: f64| {
-            move |m: &Mixture| with_part(m, 1, |_| if m.parts[0].0 > 0.0 { (share, tau_s) } else { (0.0, 1.0) })
-        };
         let one = best;
-        self.improve(&mut best, &[1.0, 5.0, 20.0, 50.0].map(|tau_s| second(0.12, tau_s)));
-        // A second part must be worth its numbers too.
-        for channel in self.suspected {
-            let at = *channel as usize;
-            if one.1[at] - best.1[at] < self.least_gain {
-                (best.0[at], best.1[at]) = (one.0[at], one.1[at]);
+        // Alone the first part stands for both: beside a slower one it is faster.
+        let second = |tau_s: f64, faster: f64| {
+            move |m: &Mixture| match m.parts[0] {
+                (share, first_s) if share > 0.0 => Mixture { parts: [(share, faster * first_s), (0.08, tau_s)], ..*m },
+                _ => *m,
             }
-        }
-        self.improve(&mut best, &[0.1, 0.2, 0.4, 0.6, 0.8].map(share));
-        self.improve(&mut best, &[0.9, 1.1].map(sized));
+        };
+        let slow = [8.0, 20.0, 50.0].into_iter().flat_map(|tau_s| [0.4, 1.0].map(|faster| second(tau_s, faster)));
+        self.improve(&mut best, &slow.collect::<Vec<_>>());
+        self.improve(&mut best, &[0.04, 0.15, 0.25].map(|share| shared(1, share)));
+        self.undo_where_in_vain(&mut best, &one, SECOND_GAIN);
+        self.improve(&mut best, &[0.1, 0.2, 0.4, 0.6, 0.8].map(|share| shared(0, share)));
+        self.resize(&mut best, &[0.9, 1.1]);
         self.improve(&mut best, &[0.77, 1.3].map(slower));
-        for channel in self.suspected {
-            let at = *channel as usize;
-            if plain[at] - best.1[at] < self.least_gain {
-                best.0[at] = white[at];
-            }
-        }
-        Some(best.0)
+        self.undo_where_in_vain(&mut best, &white, self.sensors.least_gain);
+        Some(best.mixtures)
     }
 
-    /// Lets each suspected channel take the change that makes its innovations most likely.
-    fn improve(
-        &self,
-        best: &mut (Mixtures, [f64; ResidualChannel::COUNT]),
-        changes: &[impl Fn(&Mixture) -> Mixture + Sync],
-    ) {
+    /// Takes each device back to what it was before, where it has gained too little since.
+    fn undo_where_in_vain(&self, best: &mut Best, before: &Best, least_gain: f64) {
+        for device in self.sensors.devices {
+            let gain: f64 = device.iter().map(|c| before.cost[*c as usize] - best.cost[*c as usize]).sum();
+            if gain < least_gain {
+                self.take(best, &before.mixtures, &before.cost, device);
+            }
+        }
+    }
+
+    fn take(&self, best: &mut Best, mixtures: &Mixtures, cost: &Costs, channels: &[ResidualChannel]) {
+        for channel in channels.iter().filter(|channel| self.channels.contains(channel)) {
+            let at = *channel as usize;
+            (best.mixtures[at], best.cost[at]) = (mixtures[at], cost[at]);
+        }
+    }
+
+    /// Lets each channel take the factor on its size that makes its innovations most likely.
+    fn resize(&self, best: &mut Best, factors: &[f64]) {
+        let sized = |factor: f64| move |m: &Mixture| Mixture { size: factor * m.size, ..*m };
+        let alone: Vec<&[ResidualChannel]> = self.channels.iter().map(std::slice::from_ref).collect();
+        self.change(best, &alone, &factors.iter().map(|factor| sized(*factor)).collect::<Vec<_>>());
+    }
+
+    /// Lets each device take the change of its spectrum that makes its innovations most likely.
+    fn improve(&self, best: &mut Best, changes: &[impl Fn(&Mixture) -> Mixture]) {
+        self.change(best, self.sensors.devices, changes);
+    }
+
+    /// Lets channels take, those of a group together, the change that makes their innovations most likely.
+    fn change(&self, best: &mut Best, groups: &[&[ResidualChannel]], changes: &[impl Fn(&Mixture) -> Mixture]) {
         let sensors = &self.log_data.setup.sensors;
-        let trial = |change: &(dyn Fn(&Mixture) -> Mixture + Sync)| {
-            let mut trial = best.0;
-            for channel in self.suspected {
+        let trial = |change: &dyn Fn(&Mixture) -> Mixture| {
+            let mut trial = best.mixtures;
+            for channel in self.channels {
                 let at = *channel as usize;
-                let mut changed = change(&best.0[at]);
-                // Data are not trusted more than they were declared.
-                changed.size = changed.size.clamp(1.0, channel.most_scale(sensors));
+                let mut changed = change(&trial[at]);
+                changed.size = changed.size.clamp(LEAST_SIZE, channel.most_scale(sensors));
                 if changed.is_possible() {
                     trial[at] = changed;
                 }
@@ -208,27 +255,27 @@ impl Search<'_> {
         };
         let trials: Vec<Mixtures> = changes.iter().map(|change| trial(change)).collect();
         let costs: Vec<_> = trials.par_iter().map(|trial| self.cost(trial)).collect();
-        let before = best.0;
-        for channel in self.suspected {
-            let at = *channel as usize;
+        let before = best.mixtures;
+        for channels in groups {
+            let sum = |cost: &Costs| channels.iter().map(|channel| cost[*channel as usize]).sum::<f64>();
             for (trial, cost) in trials.iter().zip(&costs) {
-                if let Some(cost) = cost.filter(|cost| cost[at] < best.1[at]) {
-                    (best.0[at], best.1[at]) = (trial[at], cost[at]);
+                if let Some(cost) = cost.filter(|cost| sum(cost) < sum(&best.cost)) {
+                    self.take(best, trial, &cost, channels);
                 }
             }
         }
         // Each took its best beside the others' trial; beside the others' best it may stand otherwise.
-        if best.0 != before
-            && let Some(cost) = self.cost(&best.0)
+        if best.mixtures != before
+            && let Some(cost) = self.cost(&best.mixtures)
         {
-            best.1 = cost;
+            best.cost = cost;
         }
     }
 
     /// Σ (ln S + e²) of each channel over the blocks that choose.
-    fn cost(&self, noise: &Mixtures) -> Option<[f64; ResidualChannel::COUNT]> {
+    fn cost(&self, noise: &Mixtures) -> Option<Costs> {
         let mut setup = self.log_data.setup.clone();
-        apply(&mut setup, noise, self.suspected);
+        apply(&mut setup, noise, self.channels);
         let pass = whitener::run(&setup, &self.log_data.samples, self.set, &[])?;
         let mut cost = [0.0; ResidualChannel::COUNT];
         for r in pass.residuals.iter().filter(|r| r.used && self.log_data.split.is_at(DataPart::Seen, r.t_s)) {
@@ -244,10 +291,12 @@ fn with_part(mixture: &Mixture, place: usize, change: impl Fn((f64, f64)) -> (f6
     changed
 }
 
-fn sized(factor: f64) -> impl Fn(&Mixture) -> Mixture {
-    move |m: &Mixture| Mixture { size: factor * m.size, ..*m }
+/// The share of a part that is there.
+fn shared(place: usize, share: f64) -> impl Fn(&Mixture) -> Mixture {
+    move |m: &Mixture| with_part(m, place, |(old, tau_s)| (if old > 0.0 { share } else { 0.0 }, tau_s))
 }
 
+/// The time constant of the first part.
 fn slower(factor: f64) -> impl Fn(&Mixture) -> Mixture {
     move |m: &Mixture| with_part(m, 0, |(share, tau_s)| (share, if share > 0.0 { factor * tau_s } else { tau_s }))
 }
@@ -265,5 +314,5 @@ pub fn notes(setup: &Setup) -> Vec<String> {
             format!("{name}: noise of {white:.2e} {unit}, and noise that lasts: {} (one sigma)", parts.join(", "))
         })
     };
-    SENSORS.iter().flat_map(|sensors| sensors.channels).copied().filter_map(of).collect()
+    SENSORS.iter().flat_map(|sensors| sensors.devices.concat()).filter_map(of).collect()
 }
