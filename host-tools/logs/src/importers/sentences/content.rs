@@ -1,7 +1,6 @@
 //! What each sentence holds.
 
 use super::LONGEST_FRAME;
-use super::usbl::{self, Heard};
 use crate::log::Column;
 use backseat_wire::ahrs::os5000::Os5000;
 use backseat_wire::calendar::TimeOfDay;
@@ -42,6 +41,21 @@ pub(super) enum Content {
     },
     /// Nothing but its time, which dates others.
     Time,
+}
+
+/// A fix by a ship's USBL.
+pub(super) struct Heard {
+    /// The transponder's name.
+    pub(super) target: String,
+    /// From the array: north, east, down; or ahead, to starboard, down, where it is head up. m
+    pub(super) vector_m: [f64; 3],
+    pub(super) is_head_up: bool,
+    /// One sigma across the direction, m.
+    pub(super) across_sigma_m: Option<f64>,
+    /// Travel time, one way, s.
+    pub(super) travel_s: Option<f64>,
+    /// By the maker's own filter.
+    pub(super) is_filtered: bool,
 }
 
 impl Content {
@@ -88,8 +102,6 @@ pub(super) fn parse(sentence: &Sentence<'_>) -> Result<(Own, bool, Content), &'s
             let samples = samples.into_iter().filter_map(|(column, value)| Some((column, value?))).collect();
             Ok((Own::None, false, Content::Samples(samples)))
         }
-        b"SSB" if id == b"PSIMSSB" => usbl::ssb(sentence),
-        b"SNS" if id == b"PSIMSNS" => usbl::sns(sentence),
         b"GST" | b"GSA" | b"GSV" | b"VTG" | b"GLL" | b"ZDA" | b"GNS" => Err("RMC and GGA have the fix"),
         _ => modem(sentence),
     }

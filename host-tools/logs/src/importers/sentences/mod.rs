@@ -151,7 +151,12 @@ impl Reader {
             }
         };
         let name = String::from_utf8_lossy(sentence.id()).into_owned();
-        match parse(&sentence) {
+        let content = match sentence.id() {
+            b"PSIMSSB" => usbl::ssb(&sentence),
+            b"PSIMSNS" => usbl::sns(&sentence),
+            _ => parse(&sentence),
+        };
+        match content {
             Ok((own, is_prompt, content)) => {
                 self.names.insert(name);
                 self.items.push(Item { line, own, is_prompt, content });

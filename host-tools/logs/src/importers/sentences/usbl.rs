@@ -3,7 +3,7 @@
 //!
 //! A log that has them is the ship's: so are its fixes by GNSS and its heading.
 
-use super::content::{BROKEN, Content, Own};
+use super::content::{BROKEN, Content, Heard, Own};
 use crate::importers::messages::Gathering;
 use crate::importers::place_between;
 use crate::log::Column;
@@ -21,21 +21,6 @@ const FIXES: [&str; 2] = ["USBLLONG,", "USBLANGLES,"];
 const SAME_HEADING_US: i64 = 1_000_000;
 /// A fix is written within this time, s; and no sound is longer under way.
 const LONGEST_S: f64 = 20.0;
-
-/// A fix.
-pub(super) struct Heard {
-    /// The transponder's name.
-    target: String,
-    /// From the array: north, east, down; or ahead, to starboard, down, where it is head up. m
-    vector_m: [f64; 3],
-    is_head_up: bool,
-    /// One sigma across the direction, m.
-    across_sigma_m: Option<f64>,
-    /// Travel time, one way, s.
-    travel_s: Option<f64>,
-    /// By the maker's own filter.
-    is_filtered: bool,
-}
 
 /// Where an EvoLogics modem's report begins in a line.
 pub(super) fn find(line: &str) -> Option<usize> {
