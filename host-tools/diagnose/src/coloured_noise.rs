@@ -20,7 +20,9 @@ pub struct Sensors {
     /// Channels of one device: their noise is of one spectrum, each of its own size. What lasts in one of them alone is
     /// motion.
     devices: &'static [&'static [ResidualChannel]],
-    /// So many seconds from a log's beginning say enough of their noise.
+    /// So many seconds from a log's beginning say roughly what their noise is.
+    first_s: f64,
+    /// So many say it well enough.
     pub longest_s: f64,
     /// Samples below which a channel's noise is taken as declared.
     fewest: usize,
@@ -30,10 +32,10 @@ pub struct Sensors {
 
 /// All whose noise may last. GNSS fixes count by their design effect.
 pub const SENSORS: [Sensors; 2] = [
-    // Of a time constant of a minute, thirty.
-    Sensors { devices: &OWN, longest_s: 1800.0, fewest: 400, least_gain: 18.0 },
+    // Of a time constant of a minute, ten, and thirty.
+    Sensors { devices: &OWN, first_s: 600.0, longest_s: 1800.0, fewest: 400, least_gain: 18.0 },
     // A reading every ten seconds is seldom: an hour, 150 samples.
-    Sensors { devices: &ACOUSTIC, longest_s: 3600.0, fewest: 60, least_gain: 15.0 },
+    Sensors { devices: &ACOUSTIC, first_s: 1800.0, longest_s: 3600.0, fewest: 60, least_gain: 15.0 },
 ];
 const OWN: [&[ResidualChannel]; 5] = [
     &[ResidualChannel::Depth],
@@ -110,7 +112,9 @@ pub fn estimate(log_data: &PreparedLog, set: &Effects, sensors: &Sensors, kept: 
     }
     // One filter weighs all channels: each has its noise estimated beside the others'.
     let channels: Vec<ResidualChannel> = innovations.iter().map(|(channel, _)| *channel).collect();
-    let mixtures = Search { log_data, set, channels: &channels, sensors }.run()?;
+    let first = log_data.first(sensors.first_s)?;
+    let rough = Search { log_data: &first, set, channels: &channels, sensors }.rough()?;
+    let mixtures = Search { log_data, set, channels: &channels, sensors }.refined(&rough)?;
     Some(Noise { mixtures, channels })
 }
 
@@ -176,21 +180,33 @@ struct Best {
 type Costs = [f64; ResidualChannel::COUNT];
 
 impl Search<'_> {
-    fn run(&self) -> Option<Mixtures> {
+    fn start(&self, mixtures: Mixtures) -> Option<Best> {
+        Some(Best { mixtures, cost: self.cost(&mixtures)? })
+    }
+
+    /// White noise of the size that is most likely, and noise with one part that lasts.
+    fn rough(&self) -> Option<[Mixtures; 2]> {
         let scale = &self.log_data.setup.scale;
-        let declared: Mixtures = std::array::from_fn(|channel| Mixture::white(scale[channel]));
-        let mut best = Best { mixtures: declared, cost: self.cost(&declared)? };
+        let mut best = self.start(std::array::from_fn(|channel| Mixture::white(scale[channel])))?;
         self.resize(&mut best, &[0.65, 0.8, 1.25, 1.6]);
         self.resize(&mut best, &[0.84, 0.92, 1.09, 1.19]);
         self.resize(&mut best, &[0.96, 1.04]);
-        let white = best;
+        let white = best.mixtures;
         let grid =
             SHARES.iter().flat_map(|share| TAUS_S.map(|tau_s| move |m: &Mixture| with_part(m, 0, |_| (*share, tau_s))));
         self.improve(&mut best, &grid.collect::<Vec<_>>());
         self.improve(&mut best, &[0.08, 0.35, 0.8, 0.93].map(|share| shared(0, share)));
         self.resize(&mut best, &[0.75, 0.87, 1.15, 1.35, 1.6]);
         self.improve(&mut best, &[0.6, 1.6].map(slower));
-        let one = best;
+        Some([white, best.mixtures])
+    }
+
+    /// Each with a second part where it has one, and with none where it has none.
+    fn refined(&self, [white, one]: &[Mixtures; 2]) -> Option<Mixtures> {
+        let mut white = self.start(*white)?;
+        self.resize(&mut white, &[0.93, 1.07]);
+        let one = self.start(*one)?;
+        let mut best = one;
         // Alone the first part stands for both: beside a slower one it is faster.
         let second = |tau_s: f64, faster: f64| {
             move |m: &Mixture| match m.parts[0] {
