@@ -1,7 +1,8 @@
 //! `backseat navigate` as a user runs it.
 
-use crate::harness::backseat;
-use backseat_logs::{Column, LogRow, LogWriter, Truth, TruthRow, TruthWriter, VehicleFile};
+use crate::harness::{backseat, program};
+use backseat_app::LocalFrame;
+use backseat_logs::{Column, Log, LogRow, LogWriter, Truth, TruthRow, TruthWriter, VehicleFile};
 use hil_sim::rng::{Source, Stream};
 use std::path::PathBuf;
 use std::process::Output;
@@ -273,4 +274,68 @@ fn the_smoothed_track_is_judged_beside_the_filtered_one() {
     assert!(rms(&smoothed["smoothed_error"]) < rms(&smoothed["error"]), "{smoothed}");
     let page = std::fs::read_to_string(mission.path("out/report.html")).unwrap();
     assert!(page.contains("smoothed"), "the report has a line of the smoothed track");
+}
+
+/// A sentence with its checksum.
+fn sentence(body: &str) -> String {
+    let checksum = body.bytes().fold(0, |sum, byte| sum ^ byte);
+    format!("${body}*{checksum:02X}\r\n")
+}
+
+/// The ship's log as its receiver and its USBL write it, beside the vehicle's, in place of columns: the same answers.
+#[test]
+fn val_a_ships_log_with_its_usbl_is_what_columns_are() {
+    const START_US: u64 = 1_748_952_000_000_000; // 3 June 2025, 12:00:00 (date -u -d ... +%s)
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name);
+    let run = |line: &str| program(folder.path(), line.split(' '));
+    run("sim dataset --effect none --seed 8 --hours 0.25 --usbl --no-ranges --no-dvl --out set").good("the data set");
+    let log = Log::read(&path("set/log.csv")).unwrap();
+    let frame = LocalFrame::new(41.5, -70.7);
+    let mut vehicle = LogWriter::create(&path("vehicle.csv")).unwrap();
+    let mut ship = String::new();
+    for row in &log.rows {
+        let s = row.time_us as f64 * 1e-6;
+        let clock = format!("12{:02}{:07.4}", (s / 60.0) as u32, s % 60.0);
+        if let Some(place_m) = row.ship_gnss_m() {
+            let (latitude, longitude) = frame.to_geodetic(place_m);
+            let minutes = |degrees: f64| (degrees.abs().trunc(), degrees.abs().fract() * 60.0);
+            let ((north, north_min), (west, west_min)) = (minutes(latitude), minutes(longitude));
+            let place = format!("{north:02}{north_min:010.7},N,{west:03}{west_min:010.7},W");
+            ship += &sentence(&format!("GPRMC,{clock},A,{place},0.0,0.0,030625,,,A"));
+            ship += &sentence(&format!("GPGGA,{clock},{place},1,11,0.9,2.0,M,-30.0,M,,"));
+        }
+        if let Some(usbl) = row.usbl() {
+            let [north_m, east_m, down_m] = usbl.vector_m();
+            let accuracy_m = usbl.angle_sigma_rad * usbl.range_m * 2.0_f64.sqrt();
+            let travel_s = (row.arrival_us().unwrap() - row.launch_us().unwrap()) as f64 * 1e-6;
+            ship += &sentence(&format!(
+                "PSIMSSB,{clock},B01,A,,C,E,M,{east_m:.4},{north_m:.4},{down_m:.4},{accuracy_m:.4},T,{travel_s:.6},"
+            ));
+        }
+        let mut own = LogRow::new(START_US + row.time_us);
+        for column in Column::STANDARD.iter().filter(|column| !column.name().starts_with("ship")) {
+            if let Some(value) = row.get(*column).filter(|_| row.usbl().is_none()) {
+                own.set(*column, value);
+            }
+        }
+        vehicle.write(&own).unwrap();
+    }
+    vehicle.finish().unwrap();
+    std::fs::write(path("ship.nmea"), ship).unwrap();
+    let info = run("info ship.nmea").good("info");
+    assert!(info.contains("--ship") && info.contains("fixes by USBL of B01"), "{info}");
+    let beside = "vehicle.csv --ship ship.nmea --origin 41.5,-70.7 --vehicle set/vehicle.toml --json";
+    let [columns, sentences] = ["set/log.csv --vehicle set/vehicle.toml --json", beside].map(|options| {
+        let result = run(&format!("navigate {options}")).json();
+        let end = [&result["final"]["x_m"], &result["final"]["y_m"]].map(|metres| metres.as_f64().unwrap());
+        (result["fused"]["usbl"].as_u64().unwrap(), end)
+    });
+    assert!(columns.0 > 200 && columns.0 == sentences.0, "{columns:?} {sentences:?}");
+    for axis in 0..2 {
+        // the range's sigma is not in the sentence
+        assert!((columns.1[axis] - sentences.1[axis]).abs() < 1.0, "{columns:?} {sentences:?}");
+    }
+    let verdict = &run(&format!("diagnose {beside}")).json()["verdict"];
+    assert_eq!(verdict, &run("diagnose set/log.csv --vehicle set/vehicle.toml --json").json()["verdict"]);
 }
