@@ -6,6 +6,7 @@ use backseat_diagnose::diagnosis::{self, Diagnosis};
 use backseat_diagnose::floor;
 use backseat_diagnose::judged;
 use backseat_diagnose::prepared_log::PreparedLog;
+use backseat_diagnose::samples::ResidualChannel;
 use backseat_diagnose::scores;
 use backseat_diagnose::verdict::Verdict;
 use backseat_logs::VehicleFile;
@@ -85,6 +86,31 @@ fn noise_as_sensors_have_it_is_no_effect() {
     }
     let d = diagnose(&["heading_bias:const_rad=0.02,sin_rad=0.03,cos_rad=-0.02"], 113, noisy);
     assert_eq!(d.effects.first().map(|found| found.instance.candidate.effect), Some("heading_bias"), "{}", d.reason);
+}
+
+/// White noise of rates a quarter larger than declared, and of the DVL three tenths smaller, is measured and no effect.
+#[test]
+fn val_noise_of_another_size_than_declared() {
+    let mut spec = Spec::new(VehicleFile::reference());
+    spec.duration_s = 900.0;
+    spec.vehicle.sensors.rates_radps *= 1.25;
+    spec.vehicle.sensors.dvl_mps *= 0.7;
+    let log = dataset::simulate(&spec, 114).log;
+    let mut log_data = PreparedLog::new(&log, &VehicleFile::reference(), true).unwrap();
+    let d = diagnosis::run(&mut log_data, |_| {}).unwrap();
+    assert_eq!(d.verdict, Verdict::None, "{:?} {}", d.effects, d.reason);
+    for (channel, size) in [
+        (ResidualChannel::P, 1.25),
+        (ResidualChannel::Q, 1.25),
+        (ResidualChannel::R, 1.25),
+        (ResidualChannel::DvlU, 0.7),
+        (ResidualChannel::DvlV, 0.7),
+        (ResidualChannel::DvlW, 0.7),
+    ] {
+        let found = log_data.setup.scale[channel as usize];
+        // steps of the search of 4 %, and 1 % by chance of 6,000 readings
+        assert!((found / size - 1.0).abs() < 0.06, "{}: {found}", channel.name());
+    }
 }
 
 /// Nothing good is said of a log with its heading negated, nor of one that is too short for anything to judge it.
