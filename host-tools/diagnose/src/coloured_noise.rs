@@ -21,7 +21,7 @@ pub struct Sensors {
     /// motion.
     devices: &'static [&'static [ResidualChannel]],
     /// So many seconds from a log's beginning say roughly what their noise is.
-    first_s: f64,
+    rough_s: f64,
     /// So many say it well enough.
     pub longest_s: f64,
     /// Samples below which a channel's noise is taken as declared.
@@ -32,10 +32,10 @@ pub struct Sensors {
 
 /// All whose noise may last. GNSS fixes count by their design effect.
 pub const SENSORS: [Sensors; 2] = [
-    // Of a time constant of a minute, ten, and thirty.
-    Sensors { devices: &OWN, first_s: 600.0, longest_s: 1800.0, fewest: 400, least_gain: 18.0 },
+    // Ten and thirty times the longest time constant.
+    Sensors { devices: &OWN, rough_s: 600.0, longest_s: 1800.0, fewest: 400, least_gain: 18.0 },
     // A reading every ten seconds is seldom: an hour, 150 samples.
-    Sensors { devices: &ACOUSTIC, first_s: 1800.0, longest_s: 3600.0, fewest: 60, least_gain: 15.0 },
+    Sensors { devices: &ACOUSTIC, rough_s: 1800.0, longest_s: 3600.0, fewest: 60, least_gain: 15.0 },
 ];
 const OWN: [&[ResidualChannel]; 5] = [
     &[ResidualChannel::Depth],
@@ -58,8 +58,8 @@ const SUSPECTED: f64 = 1e-4;
 /// Time constants in s and shares tried at first.
 const TAUS_S: [f64; 5] = [0.7, 2.0, 6.0, 20.0, 60.0];
 const SHARES: [f64; 2] = [0.15, 0.6];
-/// How much quieter than declared a channel may be: data sheets round up. Held at the declared size, the parts that last of
-/// a quieter channel take up too much, and what is left swings back.
+/// How much quieter than declared a channel may be: data sheets round up, seldom by half. Held at the declared size, the
+/// parts that last of a quieter channel take up too much, and innovations are correlated the other way.
 const LEAST_SIZE: f64 = 0.6;
 
 /// Noise of one channel, relative to what is declared.
@@ -112,7 +112,7 @@ pub fn estimate(log_data: &PreparedLog, set: &Effects, sensors: &Sensors, kept: 
     }
     // One filter weighs all channels: each has its noise estimated beside the others'.
     let channels: Vec<ResidualChannel> = innovations.iter().map(|(channel, _)| *channel).collect();
-    let first = log_data.first(sensors.first_s)?;
+    let first = log_data.first(sensors.rough_s)?;
     let rough = Search { log_data: &first, set, channels: &channels, sensors }.rough()?;
     let mixtures = Search { log_data, set, channels: &channels, sensors }.refined(&rough)?;
     Some(Noise { mixtures, channels })
@@ -217,16 +217,16 @@ impl Search<'_> {
         let slow = [8.0, 20.0, 50.0].into_iter().flat_map(|tau_s| [0.4, 1.0].map(|faster| second(tau_s, faster)));
         self.improve(&mut best, &slow.collect::<Vec<_>>());
         self.improve(&mut best, &[0.04, 0.15, 0.25].map(|share| shared(1, share)));
-        self.undo_where_in_vain(&mut best, &one, SECOND_GAIN);
+        self.undo_small_gains(&mut best, &one, SECOND_GAIN);
         self.improve(&mut best, &[0.1, 0.2, 0.4, 0.6, 0.8].map(|share| shared(0, share)));
         self.resize(&mut best, &[0.9, 1.1]);
         self.improve(&mut best, &[0.77, 1.3].map(slower));
-        self.undo_where_in_vain(&mut best, &white, self.sensors.least_gain);
+        self.undo_small_gains(&mut best, &white, self.sensors.least_gain);
         Some(best.mixtures)
     }
 
-    /// Takes each device back to what it was before, where it has gained too little since.
-    fn undo_where_in_vain(&self, best: &mut Best, before: &Best, least_gain: f64) {
+    /// Puts each device back to what it was before, where it has gained too little since.
+    fn undo_small_gains(&self, best: &mut Best, before: &Best, least_gain: f64) {
         for device in self.sensors.devices {
             let gain: f64 = device.iter().map(|c| before.cost[*c as usize] - best.cost[*c as usize]).sum();
             if gain < least_gain {
@@ -235,6 +235,7 @@ impl Search<'_> {
         }
     }
 
+    /// Puts the noise of channels, and its cost, into the best.
     fn take(&self, best: &mut Best, mixtures: &Mixtures, cost: &Costs, channels: &[ResidualChannel]) {
         for channel in channels.iter().filter(|channel| self.channels.contains(channel)) {
             let at = *channel as usize;
