@@ -10,7 +10,7 @@ use backseat_app::inputs::{
     AcousticReport, HeardShip, Packet, PacketProgress, Packets, SensorSample as Sample, Stamp, TURNAROUND_S,
 };
 use backseat_app::links::Links;
-use backseat_app::parameters::{AppSettings, ParameterStore};
+use backseat_app::parameters::{AppSettings, ParameterStore, Settings};
 use backseat_app::{LocalFrame, UtcClock};
 use backseat_core::dynamics::ActuatorInput;
 use backseat_logs::session::{Entry, Event};
@@ -128,9 +128,9 @@ impl Decoding {
         self.clock.utc_us(0)
     }
 
-    /// The local frame.
-    pub fn frame(&self) -> LocalFrame {
-        frame(&self.parameters.active().app)
+    /// The parameters in use, as far as the log has them.
+    pub fn settings(&self) -> &Settings {
+        self.parameters.active()
     }
 
     /// Takes in one entry of a log.

@@ -1,4 +1,4 @@
-//! `backseat bridge`: a board live, for the programs that a laboratory runs.
+//! `backseat bridge`: a board live, or a session of one, for the programs that a laboratory runs.
 
 mod commands;
 mod counts;
@@ -12,7 +12,8 @@ mod ros2;
 mod ros2;
 
 use crate::board::KeySource;
-use crate::decode::{Decoding, EventKind, Found, What};
+use crate::decode::{self, Decoding, EventKind, Found, What};
+use crate::export::decode_log;
 use crate::foxglove::Topics;
 use crate::monitor::{Link, Model, News};
 use anyhow::{Context, anyhow, ensure};
@@ -27,7 +28,7 @@ use counts::Counts;
 use serde_json::{Map, Value, json};
 use std::fmt;
 use std::net::{IpAddr, SocketAddr};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -41,10 +42,12 @@ Examples:
   backseat bridge /dev/ttyACM0 --ros2 0 --name auv
   backseat bridge /dev/ttyACM0 --moos 127.0.0.1:9000 --for 600
   backseat bridge /dev/ttyACM0 --moos 127.0.0.1:9000 --accept --key board.key
+  backseat bridge out/survey-1/session.mcap --ros2 0
 
 PORT is the board's host port, or the one that `backseat sim run --realtime` names. The bridge asks the board for its
 parameters and, without --accept, changes nothing; it may come, go and die at any time. Other commands reach the board
-through the port that it prints first.
+through the port that it prints first. A session, or the log of a board's memory card, in its place is published as fast
+as it was recorded, with the UTC of then.
 
 Foxglove: Open connection, Foxglove WebSocket, ws://127.0.0.1:8765; the layout is that of `backseat export --foxglove`.
 IMC: Announce, Heartbeat and EstimatedState over UDP, which Neptus draws. MOOS: NAV_X (east), NAV_Y (north), NAV_LAT,
@@ -63,7 +66,7 @@ const POLL: Duration = Duration::from_millis(5);
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Args {
-    /// Serial device of the board's host port, PATH or PATH:BAUD
+    /// Serial device of the board's host port, PATH or PATH:BAUD; or a session (.mcap), or a board's log (.BSL)
     port: PortName,
     /// Serve Foxglove's WebSocket here
     #[arg(long, value_name = "IP:PORT")]
@@ -152,6 +155,12 @@ impl Place<'_> {
 struct Setting {
     frame: LocalFrame,
     density_kg_per_m3: f64,
+}
+
+impl From<&Settings> for Setting {
+    fn from(settings: &Settings) -> Self {
+        Self { frame: decode::frame(&settings.app), density_kg_per_m3: settings.vehicle.rho_kg_per_m3 }
+    }
 }
 
 /// The sides that were asked for.
@@ -269,23 +278,62 @@ fn now() -> Duration {
     SystemTime::UNIX_EPOCH.elapsed().unwrap_or_default()
 }
 
-/// Bridges until Ctrl-C or the time is over.
+/// How far the bridge has come.
+struct Course {
+    begun: Instant,
+    time: Option<Duration>,
+    stop: Arc<AtomicBool>,
+    records: u64,
+}
+
+impl Course {
+    /// Ctrl-C, or the time is over.
+    fn is_over(&self) -> bool {
+        self.stop.load(Ordering::Relaxed) || self.time.is_some_and(|time| self.begun.elapsed() >= time)
+    }
+
+    /// Hands what an entry says to all sides.
+    fn pass(
+        &mut self,
+        decoding: &mut Decoding,
+        entry: &Entry,
+        setting: Setting,
+        sides: &mut Sides,
+    ) -> anyhow::Result<()> {
+        let arrived = Instant::now();
+        let mut outcome = Ok(());
+        decoding.take(entry, &mut |found| {
+            self.records += u64::from(matches!(found.what, What::Telemetry(_)));
+            if outcome.is_ok() {
+                outcome = sides.take(&found, setting, utc_us(&found), arrived);
+            }
+        });
+        outcome
+    }
+}
+
+/// Bridges until Ctrl-C, the time or the session is over.
 pub fn run(args: &Args) -> anyhow::Result<()> {
-    let mut link = Link::open(&args.port)?;
-    let mut sides = Sides::open(args, link.shared())?;
     let stop = Arc::new(AtomicBool::new(false));
     let flag = Arc::clone(&stop);
     ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed)).context("signal handler")?;
+    let mut course = Course { begun: Instant::now(), time: args.time, stop, records: 0 };
+    let session = Path::new(args.port.path());
+    let sides = if session.is_file() { play(args, session, &mut course)? } else { live(args, &mut course)? };
+    say(args, course.records, &sides)
+}
+
+/// What a board says.
+fn live(args: &Args, course: &mut Course) -> anyhow::Result<Sides> {
+    let mut link = Link::open(&args.port)?;
+    let mut sides = Sides::open(args, link.shared())?;
     eprintln!("bridge: other commands: {}", link.shared());
-    let begun = Instant::now();
     let mut model = Model::new();
     let mut decoding = Decoding::new(None);
-    let mut records = 0_u64;
-    while !stop.load(Ordering::Relaxed) && args.time.is_none_or(|time| begun.elapsed() < time) {
-        let now_us = u64::try_from(begun.elapsed().as_micros()).unwrap_or(u64::MAX);
+    while !course.is_over() {
+        let now_us = u64::try_from(course.begun.elapsed().as_micros()).unwrap_or(u64::MAX);
         let mut bytes = Vec::new();
         let heard = link.poll(now_us, &mut bytes);
-        let arrived = Instant::now();
         model.receive(now_us, &bytes);
         let asked = model.question(now_us).and_then(|question| link.send(now_us, &question));
         for news in [heard, asked].into_iter().flatten() {
@@ -298,26 +346,33 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
                 }
             }
         }
-        let setting = model.settings().map_or_else(
-            || Setting { frame: decoding.frame(), density_kg_per_m3: Settings::DEFAULT.vehicle.rho_kg_per_m3 },
-            |settings| Setting {
-                frame: crate::decode::frame(&settings.app),
-                density_kg_per_m3: settings.vehicle.rho_kg_per_m3,
-            },
-        );
-        let mut outcome = Ok(());
+        let setting = model.settings().unwrap_or_else(|| decoding.settings()).into();
         let entry = Entry { time_us: model.board_us(now_us), event: Event::Sent { port: Port::Host, bytes } };
-        decoding.take(&entry, &mut |found| {
-            records += u64::from(matches!(found.what, What::Telemetry(_)));
-            if outcome.is_ok() {
-                outcome = sides.take(&found, setting, utc_us(&found), arrived);
-            }
-        });
-        outcome?;
+        course.pass(&mut decoding, &entry, setting, &mut sides)?;
         sides.attend(now().as_secs_f64());
         std::thread::sleep(POLL);
     }
-    say(args, records, &sides)
+    Ok(sides)
+}
+
+/// What a session holds, as fast as it was recorded.
+fn play(args: &Args, session: &Path, course: &mut Course) -> anyhow::Result<Sides> {
+    ensure!(!args.accept, "--accept: {}: a session takes no missions", session.display());
+    let mut sides = Sides::open(args, "")?;
+    course.begun = Instant::now();
+    let mut first_us = None;
+    decode_log(session, "bridge", |entry, decoding| {
+        let due = Duration::from_micros(entry.time_us.saturating_sub(*first_us.get_or_insert(entry.time_us)));
+        while !course.is_over() && course.begun.elapsed() < due {
+            std::thread::sleep(POLL.min(due.saturating_sub(course.begun.elapsed())));
+        }
+        if course.is_over() {
+            return Ok(()); // what is left is read and not published
+        }
+        let setting = decoding.settings().into();
+        course.pass(decoding, entry, setting, &mut sides)
+    })?;
+    Ok(sides)
 }
 
 fn say(args: &Args, records: u64, sides: &Sides) -> anyhow::Result<()> {

@@ -4,7 +4,7 @@ mod axis;
 mod foxglove;
 mod tables;
 
-use crate::decode::Decoding;
+use crate::decode::{self, Decoding};
 use anyhow::bail;
 use axis::Axis;
 use backseat_logs::session::{Clock, Damage, Entry, Event, Reader};
@@ -84,10 +84,10 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         })
         .transpose()?;
     let mut board_heard = false;
-    let (decoding, damage) = decode_log(&args.log, |entry, decoding| {
+    let (decoding, damage) = decode_log(&args.log, "export", |entry, decoding| {
         board_heard |= matches!(entry.event, Event::Sent { port: Port::Host, .. });
         let mut outcome = Ok(());
-        let frame = decoding.frame();
+        let frame = decode::frame(&decoding.settings().app);
         decoding.take(entry, &mut |found| {
             if let (Ok(()), Some(tables)) = (&outcome, &mut tables) {
                 outcome = tables.take(&found);
@@ -114,12 +114,13 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
 }
 
 /// Hands a log over entry by entry, its times from zero on.
-fn decode_log(
+pub fn decode_log(
     path: &Path,
+    what: &'static str,
     mut take: impl FnMut(&Entry, &mut Decoding) -> anyhow::Result<()>,
 ) -> anyhow::Result<(Decoding, Damage)> {
     let mut reader = Reader::open(path)?;
-    let progress = Progress::new("export", usize::try_from(reader.position().1)?);
+    let progress = Progress::new(what, usize::try_from(reader.position().1)?);
     let is_host = reader.meta().clock == Clock::Host;
     let mut base_us = None;
     let mut decoding = Decoding::new(None);
@@ -143,7 +144,7 @@ fn decode_log(
 
 /// UTC at the log's time zero, µs since 1970, as the board knew it at the end.
 fn utc_offset_us(path: &Path) -> anyhow::Result<Option<u64>> {
-    let (decoding, _) = decode_log(path, |entry, decoding| {
+    let (decoding, _) = decode_log(path, "export", |entry, decoding| {
         // known from the board's telemetry alone
         if matches!(entry.event, Event::Sent { port: Port::Host, .. }) {
             decoding.take(entry, &mut |_| {});

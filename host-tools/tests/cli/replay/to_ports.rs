@@ -5,6 +5,7 @@ use crate::harness::wait_for;
 use backseat_link::Pty;
 use backseat_logs::session::{Event, Reader};
 use backseat_wire::hostlink::Port;
+use serde_json::Value;
 use std::path::Path;
 use std::thread::{JoinHandle, spawn};
 use std::time::{Duration, Instant};
@@ -29,6 +30,24 @@ fn listen(line: Pty, count: usize) -> JoinHandle<(Vec<u8>, Pty)> {
         });
         (heard, line)
     })
+}
+
+/// `backseat bridge` with a session in the port's place.
+#[test]
+fn a_session_is_bridged_as_fast_as_it_was_recorded() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("session.mcap");
+    let mut flight = TapedFlight::begin(&path);
+    flight.fly(3);
+    flight.client.end_record().unwrap();
+    let begun = Instant::now();
+    let arguments = ["bridge", path.to_str().unwrap(), "--imc", "127.0.0.1:9", "--json"];
+    let (_, counts, _) = backseat(&arguments);
+    let counts: Value = serde_json::from_str(&counts).unwrap();
+    assert_eq!(counts["telemetry_records"], 31, "one of each step: {counts}");
+    assert!(begun.elapsed() > Duration::from_secs(2), "{:?}", begun.elapsed());
+    let (code, _, stderr) = backseat(&[&arguments[..], &["--accept", "--moos", "127.0.0.1:9"]].concat());
+    assert!(code != 0 && stderr.contains("takes no missions"), "{stderr}");
 }
 
 #[test]
