@@ -1,5 +1,6 @@
 //! README and docs: every link leads somewhere, every command line is one, every page is in the book.
 
+use backseat_logs::Column;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -100,6 +101,14 @@ fn every_page_is_in_the_book() {
     let there: BTreeSet<PathBuf> =
         pages().into_iter().filter(|page| page.starts_with("docs") && !page.ends_with("SUMMARY.md")).collect();
     assert_eq!(listed, there, "docs/SUMMARY.md lists other pages than there are");
+}
+
+#[test]
+fn every_column_is_on_the_page_of_the_log_format() {
+    let page = std::fs::read_to_string(root().join("docs/guide/log_format.md")).unwrap();
+    let missing: Vec<&str> =
+        Column::ALL.into_iter().map(Column::name).filter(|name| !page.contains(&format!("`{name}`"))).collect();
+    assert!(missing.is_empty(), "columns that docs/guide/log_format.md does not have: {missing:?}");
 }
 
 /// Text that names an option without its value is not meant to be typed.
