@@ -1,6 +1,6 @@
 //! `backseat bench`: noise of every sensor from a log at rest, and a vehicle file with it.
 
-use crate::log_input::{LogInput, is_admitted};
+use crate::log_input::LogInput;
 use crate::outcome::Outcome;
 use crate::output::Output;
 use backseat_analysis::bench::{self, Bench};
@@ -39,7 +39,7 @@ pub struct Args {
 pub fn run(args: &Args) -> anyhow::Result<Outcome> {
     args.output.check(&[&args.out])?;
     let mut read = args.input.read(&args.log)?;
-    if !is_admitted(&mut [&mut read], "bench", &args.output)? {
+    if !args.input.is_admitted(&mut [&mut read], "bench", &args.output)? {
         return Ok(Outcome::Doubtful);
     }
     let found = Bench::of(&read.log)?;

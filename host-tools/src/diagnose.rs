@@ -1,6 +1,6 @@
 //! `backseat diagnose`: which physical effect the declared model lacks.
 
-use crate::log_input::{Beside, LogInput, explain_failure, is_admitted};
+use crate::log_input::{Beside, LogInput, explain_failure};
 use crate::outcome::Outcome;
 use crate::output::{Output, make_folder_of};
 use anyhow::bail;
@@ -161,7 +161,7 @@ fn read(args: &Args) -> anyhow::Result<Option<ReadLog>> {
     let beside = args.with.iter().map(|path| ReadLog::of(path, None));
     let mut beside = beside.collect::<Result<Vec<ReadLog>, _>>()?;
     let mut logs: Vec<&mut ReadLog> = std::iter::once(&mut read).chain(&mut beside).collect();
-    if !is_admitted(&mut logs, "diagnose", &args.output)? {
+    if !args.input.is_admitted(&mut logs, "diagnose", &args.output)? {
         return Ok(None);
     }
     diagnose::gather(&mut read.log, beside.into_iter().map(|other| other.log), args.run)?;

@@ -17,7 +17,8 @@ pub struct LogInput {
     /// columns, such as RCOU.C1
     #[arg(long = "columns", value_name = "MAP.toml")]
     map: Option<PathBuf>,
-    /// Leave out the notes on how the log was read: what was recognised, assumed and dropped
+    /// Leave out the notes on how the log was read: what was recognised, assumed and dropped, and remarks on its
+    /// columns, which `info` makes
     #[arg(long)]
     quiet: bool,
 }
@@ -31,8 +32,31 @@ impl LogInput {
         let mut read = ReadLog::of(path, self.map.as_deref())?;
         if self.quiet {
             read.log.notes.clear();
+            read.reader_notes.clear();
         }
         Ok(read)
+    }
+
+    /// Whether a command goes on with its logs: what contradicts physics is refused, unless `--force` was given. Says what
+    /// was found: in the refusal, in the notes, and on stderr what `--force` goes on with.
+    ///
+    /// # Errors
+    /// What the operating system reports.
+    pub fn is_admitted(&self, logs: &mut [&mut ReadLog], command: &str, output: &Output) -> anyhow::Result<bool> {
+        let refused = logs.iter().find_map(|read| refusal::of(read, command));
+        if let Some(report) = refused.filter(|_| !output.is_forced()) {
+            output.print(&report)?;
+            return Ok(false);
+        }
+        for read in logs {
+            for finding in read.examination.suspicions() {
+                console::say(&format!("warning: {}: {}", read.log.path.display(), finding.message));
+            }
+            if !self.quiet {
+                read.note_findings();
+            }
+        }
+        Ok(true)
     }
 
     /// Whether the log is one of a mapping.
@@ -81,29 +105,6 @@ fn origin(text: &str) -> Result<[f64; 2], String> {
         .split_once(',')
         .and_then(|(latitude, longitude)| Some([degrees(latitude, 90.0)?, degrees(longitude, 180.0)?]));
     origin.ok_or_else(|| "expected latitude and longitude in degrees, such as 41.53,-70.67".to_owned())
-}
-
-/// Whether a command goes on with its logs: what contradicts physics is refused, unless `--force` was given. Says what was
-/// found: in the refusal, or on stderr.
-///
-/// # Errors
-/// What the operating system reports.
-pub fn is_admitted(logs: &mut [&mut ReadLog], command: &str, output: &Output) -> anyhow::Result<bool> {
-    let refused = logs.iter().find_map(|read| refusal::of(read, command));
-    if let Some(report) = refused.filter(|_| !output.is_forced()) {
-        output.print(&report)?;
-        return Ok(false);
-    }
-    logs.iter_mut().for_each(|read| warn(read));
-    Ok(true)
-}
-
-/// Says on stderr, and in the notes of the log, what is doubtful about it.
-pub fn warn(read: &mut ReadLog) {
-    for finding in &read.examination.findings {
-        console::say(&format!("warning: {}: {}", read.log.path.display(), finding.message));
-    }
-    read.note_findings();
 }
 
 /// Does the work; if that fails, says what the reader recognised and left out, which is often why.

@@ -1,6 +1,6 @@
 //! `backseat navigate`: the flight filter over a recorded mission.
 
-use crate::log_input::{Beside, LogInput, explain_failure, is_admitted};
+use crate::log_input::{Beside, LogInput, explain_failure};
 use crate::outcome::Outcome;
 use crate::output::Output;
 use anyhow::Context;
@@ -111,7 +111,7 @@ pub fn run(args: &Args) -> anyhow::Result<Outcome> {
     let declared = args.vehicle.as_ref().map(|path| VehicleFile::read(path)).transpose()?;
     let vehicle = declared.clone().unwrap_or_else(VehicleFile::reference);
     let mut read = args.input.read(&args.log)?;
-    if !is_admitted(&mut [&mut read], "navigate", &args.output)? {
+    if !args.input.is_admitted(&mut [&mut read], "navigate", &args.output)? {
         return Ok(Outcome::Doubtful);
     }
     args.beside.join(&mut read, &vehicle)?;

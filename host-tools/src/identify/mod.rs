@@ -2,7 +2,7 @@
 
 mod plan;
 
-use crate::log_input::{LogInput, explain_failure, is_admitted};
+use crate::log_input::{LogInput, explain_failure};
 use crate::outcome::Outcome;
 use crate::output::{Output, make_folder_of};
 use backseat_analysis::identify::{IdentificationResult, SCALES, Settings};
@@ -90,7 +90,7 @@ pub fn run(args: &Args) -> anyhow::Result<Outcome> {
     let mut read = args.input.read(path)?;
     let mut other = args.validate.as_ref().map(|path| args.input.read(path)).transpose()?;
     let mut logs: Vec<&mut ReadLog> = std::iter::once(&mut read).chain(&mut other).collect();
-    if !is_admitted(&mut logs, "identify", &args.output)? {
+    if !args.input.is_admitted(&mut logs, "identify", &args.output)? {
         return Ok(Outcome::Doubtful);
     }
     explain_failure(&read, || write(args, &read, other.as_ref(), vehicle))

@@ -2,6 +2,7 @@
 
 use crate::harness::{backseat, text};
 use serde_json::Value;
+use std::fmt::Write as _;
 use std::path::Path;
 
 /// Two minutes of a simulated survey, with attitude and rates times `angle` and times times `time`.
@@ -233,6 +234,24 @@ fn quiet_leaves_out_how_the_log_was_read_and_nothing_else() {
     let (all, quiet) = (said(&[]), said(&["--quiet"]));
     assert!(all.contains("; recognised: Latitude") && !quiet.contains("; recognised: Latitude"), "{quiet}");
     assert!(quiet.contains("note: not tested: ") && all.starts_with(quiet.lines().next().unwrap()), "{quiet}");
+}
+
+/// A speed of one reading a second in a table of ten rows a second: a remark, which is one of `info`.
+#[test]
+fn a_remark_is_said_once_and_not_under_quiet() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut table = "t_s,depth_m,roll_rad,pitch_rad,heading_rad,dvl_u_mps,gps_x_m,gps_y_m\n".to_owned();
+    for k in 0..600 {
+        let (t, angle) = (0.1 * f64::from(k), 0.01 * f64::from(k).sin());
+        let speed = 1.0 + 0.01 * f64::from(k / 10 % 7);
+        writeln!(table, "{t:.1},0.1,{angle},{angle},{angle},{speed},{t},0").unwrap();
+    }
+    std::fs::write(folder.path().join("log.csv"), table).unwrap();
+    for (options, times) in [(&[][..], 1), (&["--quiet"][..], 0)] {
+        let output = backseat(folder.path(), &[&["navigate", "log.csv"], options].concat());
+        let (printed, aside) = (text(&output.stdout), text(&output.stderr));
+        assert_eq!((printed.matches("dvl_u_mps repeats").count(), &*aside), (times, ""), "{printed}");
+    }
 }
 
 #[test]
