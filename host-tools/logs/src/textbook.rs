@@ -3,6 +3,7 @@
 
 use crate::VehicleFile;
 use crate::stats::rms;
+use backseat_core::dynamics::VehicleParameters;
 use std::path::Path;
 
 /// A vehicle to start from.
@@ -56,9 +57,9 @@ impl Sizes {
         let length = self.length_m.map_or(1.0, |length| length / p.length_m);
         let diameter = self.diameter_m.map_or(1.0, |diameter| diameter / p.diameter_m);
         let mass = self.mass_kg.map_or(length * diameter * diameter, |mass| mass / p.mass_kg);
-        p.length_m *= length;
-        p.diameter_m *= diameter;
-        p.mass_kg *= mass;
+        p.length_m = self.length_m.unwrap_or(p.length_m);
+        p.diameter_m = self.diameter_m.unwrap_or(p.diameter_m);
+        p.mass_kg = self.mass_kg.unwrap_or(p.mass_kg * mass);
         p.displaced_mass_kg *= mass;
         p.b_cb_to_cg_m = p.b_cb_to_cg_m.map(|b| b * diameter);
         let rotary = mass * length * length;
@@ -77,6 +78,19 @@ impl Sizes {
             fin.cp_m = [fin.cp_m[0] * length, fin.cp_m[1] * diameter, fin.cp_m[2] * diameter];
         }
         file
+    }
+}
+
+/// Six digits of the numbers that [`Sizes::scale`] changes, for a file: more say nothing of what is known to some per cent.
+/// The sizes themselves stay as the data sheet has them.
+pub fn six_digits(p: &mut VehicleParameters, given: &Sizes) {
+    let round = |value: &mut f64| *value = format!("{value:.5e}").parse().unwrap_or(*value);
+    p.b_cb_to_cg_m.iter_mut().chain(&mut p.m_diag).chain(&mut p.quadratic_diag).for_each(round);
+    p.fins.iter_mut().flat_map(|fin| &mut fin.cp_m).for_each(round);
+    [&mut p.displaced_mass_kg, &mut p.linear_surge_ns_per_m, &mut p.d26, &mut p.d35].into_iter().for_each(round);
+    [&mut p.beta5_n_s2_per_rad2, &mut p.advance_n_s2_per_rad_m, &mut p.fin_area_m2].into_iter().for_each(round);
+    if given.mass_kg.is_none() {
+        round(&mut p.mass_kg);
     }
 }
 
@@ -184,6 +198,19 @@ mod tests {
         assert!((large.parameters.m_diag[5] - 32.0 * small.parameters.m_diag[5]).abs() < 1e-9);
         let top = |file: &VehicleFile| file.parameters.beta5_n_s2_per_rad2 / file.parameters.quadratic_diag[0];
         assert!((top(&large) - top(&small)).abs() < 1e-15);
+    }
+
+    #[test]
+    fn a_mass_that_is_given_stands_as_it_is_given() {
+        for mass_kg in [1000.0, 500.0, 123.456_789] {
+            let sizes = Sizes { length_m: Some(5.5), diameter_m: Some(0.5), mass_kg: Some(mass_kg) };
+            let mut p = sizes.scale(&VehicleFile::reference()).parameters;
+            six_digits(&mut p, &sizes);
+            assert_eq!((p.mass_kg, p.length_m, p.diameter_m), (mass_kg, 5.5, 0.5));
+            for scaled in p.m_diag.into_iter().chain([p.displaced_mass_kg, p.beta5_n_s2_per_rad2]) {
+                assert!(format!("{scaled:?}").trim_start_matches("0.00").len() <= 7, "{scaled}");
+            }
+        }
     }
 
     #[test]

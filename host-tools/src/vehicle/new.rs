@@ -4,7 +4,7 @@ use crate::output::print;
 use anyhow::bail;
 use backseat_logs::VehicleFile;
 use backseat_logs::output::{self, Existing};
-use backseat_logs::textbook::{Scatter, Sizes, TEMPLATES, Template};
+use backseat_logs::textbook::{Scatter, Sizes, TEMPLATES, Template, six_digits};
 use backseat_report::{Report, Table};
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use std::path::{Path, PathBuf};
@@ -68,6 +68,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let is_scaled = args.name.is_some() || sizes != Sizes::default();
     let text = if is_scaled {
         let mut scaled = sizes.scale(&file);
+        six_digits(&mut scaled.parameters, &sizes);
         scaled.name = args.name.clone().unwrap_or(scaled.name);
         let source = format!(
             "Scaled by `backseat vehicle new` from {}: what the data sheet does not give are estimates.\n\
