@@ -10,6 +10,8 @@ use std::f64::consts::PI;
 
 /// Speed of the default mission, m/s.
 const MISSION_MPS: f64 = 1.0;
+/// No survey vehicle is faster, m/s: by their data sheets they make 2 to 3, and the backseat flies no leg faster than 3.
+const TOO_FAST_MPS: f64 = 5.0;
 
 /// Speed that a vehicle is examined at: its own where the file says it, otherwise that of the default mission, m/s.
 #[must_use]
@@ -271,6 +273,14 @@ fn motion_misfits(p: &VehicleParameters, model: &VehicleModel, findings: &Findin
             "propeller.beta5_n_s2_per_rad2",
             format!("top speed {top:.1} m/s is below {speed} m/s: thrust, drag or largest propeller speed"),
         ),
+        (Some(_), Some(top)) if top > TOO_FAST_MPS => add(
+            true,
+            "propeller.beta5_n_s2_per_rad2",
+            format!(
+                "top speed {top:.1} m/s, where survey vehicles make 2 to 3 and none more than {TOO_FAST_MPS}: thrust, drag \
+                 or largest propeller speed"
+            ),
+        ),
         (Some(_), None) => add(true, "propeller.beta5_n_s2_per_rad2", "the propeller reaches no speed".to_owned()),
         _ => {}
     }
@@ -365,6 +375,8 @@ mod tests {
         assert!(heavy.starts_with("vehicle.displaced_mass_kg: 3010 kg is 86"), "{heavy}");
         let cork = of(&|p| p.displaced_mass_kg = 42.0);
         assert!(cork.contains("no level flight at 1 m/s"), "{cork}");
+        let strong = of(&|p| p.beta5_n_s2_per_rad2 *= 100.0);
+        assert!(strong.starts_with("propeller.beta5_n_s2_per_rad2: top speed 18.8 m/s"), "{strong}");
         let bow = of(&|p| p.fins.iter_mut().for_each(|fin| fin.cp_m[0] = 0.85));
         assert!(bow.starts_with("fins.cp_m: the fins stand 0.85 m ahead"), "{bow}");
     }
