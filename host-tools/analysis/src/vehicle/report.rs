@@ -12,7 +12,11 @@ pub fn report(file: &VehicleFile, findings: &Findings) -> Report {
     let way = if buoyancy_kg >= 0.0 { "floats" } else { "sinks" };
     let righting = p.displaced_mass_kg * p.g_mps2 * p.b_cb_to_cg_m[2] * 1.0_f64.to_radians();
     let (fatal, odd): (Vec<&Misfit>, Vec<&Misfit>) = findings.misfits.iter().partition(|misfit| misfit.is_fatal);
-    let verdict = if fatal.is_empty() { "flies" } else { "does not fly" };
+    let verdict = match (fatal.len(), odd.len()) {
+        (0, 0) => "flies",
+        (0, _) => "flies, though not all of its numbers fit",
+        _ => "does not fly",
+    };
     // to the gram, without zeros that say nothing
     let mass_kg = (p.mass_kg * 1e3).round() / 1e3;
     let answer = format!("{} {verdict}: {} m x {} m, {mass_kg} kg.", file.name, p.length_m, p.diameter_m);
