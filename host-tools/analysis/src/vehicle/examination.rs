@@ -3,6 +3,7 @@
 use super::flight::{self, ShortFlight};
 use super::manoeuvres::{self, Cruise, Dive, Turn};
 use super::stability::{self, Mode};
+use backseat_core::control::speed::SpeedGains;
 use backseat_core::control::trim::Trim;
 use backseat_core::dynamics::{VehicleModel, VehicleParameters};
 use backseat_logs::{VehicleFile, data_sheets};
@@ -121,7 +122,7 @@ pub fn examine(file: &VehicleFile, speed_mps: f64) -> anyhow::Result<Findings> {
     findings.misfits.extend(motion_misfits(p, &model, &findings));
     if findings.flies() {
         let flight = flight::fly(file, own_speed_mps(file))?;
-        findings.misfits.extend(flight_misfits(&flight));
+        findings.misfits.extend(flight_misfit(p, &model, &flight));
         findings.flight = Some(flight);
     }
     findings.misfits.sort_by_key(|misfit| !misfit.is_fatal);
@@ -307,19 +308,42 @@ fn motion_misfits(p: &VehicleParameters, model: &VehicleModel, findings: &Findin
     misfits
 }
 
-/// What the short flight says.
-fn flight_misfits(flight: &ShortFlight) -> Vec<Misfit> {
+/// What the short flight says, and why.
+fn flight_misfit(p: &VehicleParameters, model: &VehicleModel, flight: &ShortFlight) -> Option<Misfit> {
     let ([depth_m, wanted_m], [speed_mps, wanted_mps]) = (flight.depth_m, flight.speed_mps);
-    let mut misfits = Vec::new();
-    let mut add = |key, message| misfits.push(Misfit { is_fatal: true, key, message });
+    let misfit = |key, message| Some(Misfit { is_fatal: true, key, message });
     if !flight.ending.is_trustworthy() {
-        add("vehicle", format!("in the simulator: {}", flight.ending.headline()));
-    } else if (depth_m - wanted_m).abs() > 0.5 * wanted_m {
-        add("vehicle", format!("in the simulator it runs at {depth_m:.1} m depth where {wanted_m:.1} m are commanded"));
-    } else if speed_mps < 0.5 * wanted_mps {
-        add("vehicle", format!("in the simulator it makes {speed_mps:.2} m/s where {wanted_mps:.1} is commanded"));
+        return misfit("vehicle", format!("in the simulator: {}", flight.ending.headline()));
     }
-    misfits
+    let mut found = if !flight.is_down() {
+        format!("in the simulator it runs at {depth_m:.1} m depth where {wanted_m:.1} m are commanded")
+    } else if speed_mps < 0.5 * wanted_mps {
+        format!("in the simulator it makes {speed_mps:.2} m/s where {wanted_mps:.1} is commanded")
+    } else {
+        return None;
+    };
+    let Some(trim) = Trim::solve(model, wanted_mps) else { return misfit("vehicle", found) };
+    let mut key = "vehicle";
+    let tail_m = 0.5 * p.length_m * trim.pitch_rad.sin().abs();
+    if !flight.is_down() && tail_m > 0.5 * p.diameter_m {
+        key = "vehicle.displaced_mass_kg";
+        found += &format!(
+            "; against {:+.1} N of buoyancy level flight at {wanted_mps} m/s is pitched by {:.1} degrees, which lifts an end \
+             of the hull {tail_m:.2} m: out of the water where the dive begins. Trim it nearer to neutral, or fly faster",
+            (p.displaced_mass_kg - p.mass_kg) * p.g_mps2,
+            trim.pitch_rad.to_degrees().abs()
+        );
+    }
+    let most_n = SpeedGains::DEFAULT.thrust_max_n;
+    if trim.thrust_n > most_n && speed_mps < 0.9 * wanted_mps {
+        key = "drag.quadratic_diag";
+        found += &format!(
+            "; {wanted_mps} m/s takes {:.0} N of thrust, and the backseat's steering, made for vehicles of an Iver3's size, \
+             asks for {most_n} N at most",
+            trim.thrust_n
+        );
+    }
+    misfit(key, found)
 }
 
 #[cfg(test)]
@@ -359,6 +383,16 @@ mod tests {
         }
     }
 
+    /// It gathers way so slowly that three minutes do not bring it down.
+    #[test]
+    fn a_tonne_is_given_the_time_to_dive() {
+        let sizes = textbook::Sizes { length_m: Some(5.5), diameter_m: Some(0.5), mass_kg: Some(1000.0) };
+        let mut file = sizes.scale(&VehicleFile::reference());
+        let p = &mut file.parameters;
+        (p.displaced_mass_kg, p.quadratic_diag[0], p.beta5_n_s2_per_rad2) = (1001.0, 6.0, 6e-4);
+        assert_eq!(unflyable(&file).unwrap(), None);
+    }
+
     #[test]
     fn a_vehicle_flies_at_the_speed_and_with_the_fins_that_its_file_says() {
         // as short runs find a torpedo: light, one fin weak, moments of its own, the motor's speed for the propeller's
@@ -388,6 +422,9 @@ mod tests {
         assert!(cork.contains("no level flight at 1 m/s"), "{cork}");
         let strong = of(&|p| p.beta5_n_s2_per_rad2 *= 100.0);
         assert!(strong.starts_with("propeller.beta5_n_s2_per_rad2: top speed 18.8 m/s"), "{strong}");
+        let large = textbook::Sizes { length_m: Some(5.5), diameter_m: Some(0.5), mass_kg: Some(1000.0) };
+        let large = unflyable(&large.scale(&VehicleFile::reference())).unwrap().unwrap_or_default();
+        assert!(large.contains("+38.7 N of buoyancy") && large.contains("takes 41 N of thrust"), "{large}");
         let bow = of(&|p| p.fins.iter_mut().for_each(|fin| fin.cp_m[0] = 0.85));
         assert!(bow.starts_with("fins.cp_m: the fins stand 0.85 m ahead"), "{bow}");
     }

@@ -8,8 +8,9 @@ use hil_sim::flight;
 use hil_sim::scenario::Scenario;
 use std::sync::atomic::AtomicBool;
 
-/// Time that is flown, s: surfaced for 60 m of the survey's run-in, then the dive to 3 m.
-const DURATION_S: f64 = 180.0;
+/// Time that is flown, s: surfaced for 60 m of the survey's run-in, then the dive to 3 m; the second where the first does
+/// not bring it down, since a tonne takes minutes to gather way.
+const DURATIONS_S: [f64; 2] = [180.0, 600.0];
 /// Time at the end over which the depth is judged, s.
 const JUDGED_S: usize = 20;
 
@@ -28,13 +29,28 @@ pub struct ShortFlight {
     pub speed_mps: [f64; 2],
 }
 
+impl ShortFlight {
+    /// Whether it came down to the depth commanded, more or less.
+    pub fn is_down(&self) -> bool {
+        let [depth_m, wanted_m] = self.depth_m;
+        (depth_m - wanted_m).abs() <= 0.5 * wanted_m
+    }
+}
+
 /// Flies the beginning of the default mission at a speed.
 ///
 /// # Errors
 /// The backseat refuses the vehicle.
 pub fn fly(vehicle: &VehicleFile, speed_mps: f64) -> anyhow::Result<ShortFlight> {
+    let [short_s, long_s] = DURATIONS_S;
+    let flight = fly_for(vehicle, speed_mps, short_s)?;
+    let is_late = flight.ending == Ending::Unfinished && !flight.is_down();
+    if is_late { fly_for(vehicle, speed_mps, long_s) } else { Ok(flight) }
+}
+
+fn fly_for(vehicle: &VehicleFile, speed_mps: f64, duration_s: f64) -> anyhow::Result<ShortFlight> {
     let mut scenario = Scenario::built_in("survey")?;
-    scenario.settings.duration_s = DURATION_S;
+    scenario.settings.duration_s = duration_s;
     scenario.vehicle = vehicle.clone();
     scenario.settings.mission.set_speed(speed_mps);
     // figures of other vehicles were made with the plain section
@@ -47,7 +63,7 @@ pub fn fly(vehicle: &VehicleFile, speed_mps: f64) -> anyhow::Result<ShortFlight>
     let mean = |of: fn(&flight::FlightSample) -> f64| last.iter().map(of).sum::<f64>() / last.len().max(1) as f64;
     let largest = |place: usize| samples.iter().map(|sample| sample.truth.state[place].abs()).fold(0.0, f64::max);
     Ok(ShortFlight {
-        duration_s: DURATION_S,
+        duration_s,
         ending: Ending::of(&scenario, &flight),
         depth_m: [mean(|sample| sample.truth.state[2]), wanted_m],
         largest_rad: [largest(3), largest(4)],
