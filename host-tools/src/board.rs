@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 pub struct Common {
     /// Serial device of the board's host port, PATH or PATH:BAUD
     pub port: PortName,
-    /// File with the board's key, if it has one: needed for what changes a flight; `-`: asked for
+    /// The board's key, for what changes a flight; `-`: asked for
     #[arg(long, value_name = "FILE")]
     key: Option<PathBuf>,
     /// Print one JSON object

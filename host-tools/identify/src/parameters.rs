@@ -48,8 +48,7 @@ pub fn unit(parameter: usize) -> &'static str {
             }
         }
         19 => "1/rad³",
-        20 => "N s²/rad²",
-        D26 | D35 => "N s²/rad², N m s²/m²",
+        20 | D26 | D35 => "N s²/rad²",
         _ => "1",
     }
 }

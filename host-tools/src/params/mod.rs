@@ -47,9 +47,10 @@ const GET: &str = "\
 Example:
   backseat params get /dev/ttyACM0 drag fins.cl app.use_dvl
 
-A star marks values other than the default. Parameters that take effect at once may be set during a mission; the others
-restart navigation and are refused while a mission runs. Meaning and effect are shown if the board has the same
-parameter list as this program.";
+A star marks values other than the default. Parameters that take effect at once
+may be set during a mission; the others restart navigation and are refused while
+a mission runs. Meaning and effect are shown if the board has the same parameter
+list as this program.";
 
 const LEARNT: &str = "\
 Example:

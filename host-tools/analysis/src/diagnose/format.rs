@@ -3,9 +3,10 @@
 use backseat_core::effects::{FIN_NAMES, ParameterKind, fin_index};
 use backseat_diagnose::diagnosis::ParameterEstimate;
 
-/// A value with its interval and unit.
+/// A value with its interval and unit, beside its name: a unit that the name spells out is not said again.
 pub fn number(value: &ParameterEstimate) -> String {
-    let unit = if value.unit == "1" { "" } else { value.unit };
+    let is_said = value.unit == "1" || value.name.contains("_per_");
+    let unit = if is_said { String::new() } else { format!(" {}", value.unit) };
     match value.kind {
         ParameterKind::Fin => fin_index(value.value).map_or("–", |fin| FIN_NAMES[fin]).to_owned(),
         ParameterKind::Transponder => format!("{:.0}", value.value),
@@ -13,9 +14,9 @@ pub fn number(value: &ParameterEstimate) -> String {
             let [low, high] = value.ci95;
             // Two digits of the interval's half width.
             let digits = (1.0 - ((high - low) * 0.5).max(1e-12).log10().floor()).clamp(0.0, 8.0) as usize;
-            format!("{:.digits$} {unit} ({low:.digits$} to {high:.digits$})", value.value)
+            format!("{:.digits$}{unit} ({low:.digits$} to {high:.digits$})", value.value)
         }
-        _ => format!("{:.6} {unit}", value.value),
+        _ => format!("{:.6}{unit}", value.value),
     }
 }
 

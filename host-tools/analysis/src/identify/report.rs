@@ -131,6 +131,12 @@ fn values(report: Report, result: &IdentificationResult) -> Report {
         .value("wall_s", result.wall_s)
 }
 
+/// Wide enough for any vehicle, narrow enough for a terminal.
+fn four_digits(value: f64) -> String {
+    let decimals = if value == 0.0 { 0.0 } else { 3.0 - value.abs().log10().floor() };
+    format!("{value:.*}", decimals.clamp(0.0, 8.0) as usize)
+}
+
 /// One word for what the motion shows of a parameter.
 const fn seen(visibility: Visibility) -> &'static str {
     match visibility {
@@ -164,11 +170,11 @@ fn validation(report: Report, result: &IdentificationResult) -> Report {
 }
 
 fn parameters(report: Report, result: &IdentificationResult) -> Report {
-    let mut table =
-        Table::new("Parameters", &["", "unit", "declared", "identified", "95 % from", "to", "what the motion shows"]);
+    let header = ["", "unit", "declared", "identified", "95 % from", "to", "motion"];
+    let mut table = Table::new("Parameters, and what the motion shows of them", &header);
     for p in &result.estimate.parameters {
-        let [low, high] = p.ci95.map_or([String::new(), String::new()], |ends| ends.map(|end| format!("{end:.6}")));
-        let cells = [p.name.to_owned(), p.unit.to_owned(), format!("{:.6}", p.prior), format!("{:.6}", p.value)];
+        let [low, high] = p.ci95.map_or([String::new(), String::new()], |ends| ends.map(four_digits));
+        let cells = [p.name.to_owned(), p.unit.to_owned(), four_digits(p.prior), four_digits(p.value)];
         table = table.row(cells.into_iter().chain([low, high, seen(p.visibility).to_owned()]));
     }
     let ratio = |value: f64, prior: f64| value / prior;
