@@ -6,7 +6,7 @@ mod table;
 use crate::board::{Common, KeySource};
 use crate::console;
 use anyhow::{anyhow, bail};
-use backseat_link::board::{Board, Declared, number, reason};
+use backseat_link::board::{Board, Declared, Effect, number, reason};
 use backseat_logs::output::{self, Existing};
 use backseat_logs::{BoardFile, BoardParameter, parameters_page};
 use backseat_wire::ship_state::Key;
@@ -246,13 +246,21 @@ fn set(common: &Common, values: &[(String, f64)], key: Option<Key>, unlock: bool
         .iter()
         .filter_map(|(name, to)| old(name).filter(|from| from != to).map(|from| (name, from, *to)))
         .collect();
+    let restarts = |name: &str| {
+        before.iter().any(|parameter| parameter.name == name && parameter.effect() == Some(Effect::Restart))
+    };
+    let restarting: Vec<&str> = changed.iter().map(|(name, ..)| name.as_str()).filter(|name| restarts(name)).collect();
     let mut json = json!({
         "set": values.len(),
+        "restarts_navigation": !restarting.is_empty(),
         "changed": changed.iter().map(|(name, from, to)| json!({"name": name, "from": from, "to": to})).collect::<Vec<_>>(),
     });
     let mut text = format!("{} parameters set, {} of them changed\n", values.len(), changed.len());
     for (name, from, to) in &changed {
         text += &format!("  {name}: {} -> {}\n", number(*from), number(*to));
+    }
+    if !restarting.is_empty() {
+        text += &format!("navigation starts again, as it does for {}\n", restarting.join(", "));
     }
     if let Some(key) = key {
         json[KEY] = json!(format!("{key:?}"));

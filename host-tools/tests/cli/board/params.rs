@@ -53,6 +53,9 @@ fn set_is_all_or_nothing_and_tells_each_refusal() {
         text.contains("3 parameters set, 2 of them changed") && text.contains("vehicle.mass_kg: 38 -> 38.5"),
         "{text}"
     );
+    assert!(text.contains("navigation starts again, as it does for vehicle.mass_kg"), "{text}");
+    let text = bench.good(&["params", "set", "PORT", "installation.sound_speed_mps=1501"]);
+    assert!(!text.contains("navigation"), "{text}");
     let values = ["vehicle.mass_kg=40", "vehicle.weight_kg=40", "installation.sound_speed_mps=15", "app.use_dvl=0.5"];
     let line = bench.complaint(&[&["params", "set", "PORT"], &values[..]].concat());
     for part in [
