@@ -3,6 +3,7 @@
 use crate::flight::{self, FlightLog, FlightSample};
 use crate::scenario::Scenario;
 use backseat_core::state::{PHI, THETA};
+use backseat_wire::hostlink::ModeReason;
 
 /// The vehicle heels over for this long before it counts as capsized, s.
 const CAPSIZED_S: usize = 3;
@@ -39,7 +40,8 @@ impl Ending {
         if !samples.iter().any(|sample| sample.telemetry.leg.is_some()) {
             return Self::NotFlown;
         }
-        if !flight.finished {
+        let is_stopped = samples.last().is_some_and(|sample| sample.telemetry.reason == ModeReason::Stopped);
+        if !flight.finished || is_stopped {
             return Self::Unfinished;
         }
         let last_under_way = samples.iter().rfind(|sample| sample.telemetry.leg.is_some());

@@ -17,6 +17,8 @@ use std::time::{Duration, Instant};
 const TICK_US: u64 = 2_000;
 /// The backseat steps this often, µs.
 const STEP_US: u64 = 100_000;
+/// The ports stay open for so long after the mission, µs: whoever stopped it hears that it was.
+const FAREWELL_US: u64 = 1_000_000;
 /// A board takes up its own clock two seconds after power-up, when no other has come.
 const PATIENCE: Duration = Duration::from_secs(10);
 
@@ -54,12 +56,12 @@ pub fn fly_realtime<P: Ports>(
     let mut world = World::new(scenario);
     let mut devices = Devices::new(scenario);
     join(scenario, &mut world, &mut devices, ship.as_deref());
-    let end_us = (scenario.settings.duration_s * 1e6) as u64;
+    let mut end_us = (scenario.settings.duration_s * 1e6) as u64;
     let mut now_us = 0;
     let mut sampled_s = 0;
     let mut under_way = false;
     let mut stepped_us = None;
-    while now_us < end_us && !stop.load(Ordering::Relaxed) && !recorder.flight.finished {
+    while now_us < end_us && !stop.load(Ordering::Relaxed) {
         let due = Duration::from_micros(now_us + TICK_US);
         sleep(due.saturating_sub(begun.elapsed()));
         now_us = begun.elapsed().as_micros() as u64;
@@ -85,13 +87,16 @@ pub fn fly_realtime<P: Ports>(
             FromBoard::Naming(record) => flight.naming.push(record),
             _ => {}
         })?;
-        let Some(telemetry) = latest else { continue };
+        let Some(telemetry) = latest.filter(|_| !recorder.flight.finished) else { continue };
         let has_ended = under_way && telemetry.leg.is_none();
         recorder.flight.finished =
             has_ended && (start == Start::AtOnce || is_at_the_end(scenario, &world.truth().state));
         under_way = telemetry.leg.is_some() || (under_way && start == Start::AtOnce);
+        if recorder.flight.finished {
+            end_us = end_us.min(now_us + FAREWELL_US);
+        }
         let second = now_us / 1_000_000;
-        if second > sampled_s {
+        if second > sampled_s || recorder.flight.finished {
             sampled_s = second;
             recorder.ship_side(scenario, now_us, ship.as_deref(), &world.truth(), &world.ship());
             recorder.sample(FlightSample { truth: world.truth(), ship: world.ship(), telemetry })?;

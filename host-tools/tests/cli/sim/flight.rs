@@ -1,9 +1,9 @@
 //! Whole flights, end to end: the backseat as a process on virtual serial ports.
 
-use crate::harness::{Outcome, PROGRAM, command, program, signal, wait_for};
+use crate::harness::{Outcome, PROGRAM, command, program, signal, text, wait_for};
 use backseat_link::Pty;
 use backseat_link::{BackseatError, Client, Process, Serial};
-use backseat_logs::Log;
+use backseat_logs::{Column, Log};
 use hil_sim::backseat::InProcess;
 use hil_sim::flight::{FlightError, FlightLog, Start, fly, fly_realtime};
 use hil_sim::scenario::Scenario;
@@ -158,6 +158,34 @@ fn an_interrupted_flight_leaves_a_readable_log() {
     let status = child.wait().unwrap();
     assert_eq!(status.code(), Some(1));
     assert!(duration_s().unwrap() > 1.0);
+}
+
+/// The ports stay open until whoever stopped the mission has heard it; the flight ends unfinished, not given up.
+#[test]
+fn a_mission_that_is_stopped_is_said_to_be() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let mut child = command(at)
+        .args(["sim", "run", "--realtime", "--monitor", "--topside", "off", "--out", "flight"])
+        .stdout(Stdio::piped())
+        .stderr(std::fs::File::create(at.join("aside")).unwrap())
+        .spawn()
+        .unwrap();
+    wait_for("way on", || {
+        assert_eq!(child.try_wait().unwrap(), None, "it goes on");
+        match Log::read(&at.join("flight/log.csv")) {
+            Ok(log) if log.column(Column::PropRpm).any(|(_, rpm)| rpm > 0.0) => Ok(()),
+            other => Err(format!("{:?}", other.map(|log| log.duration_s()))),
+        }
+    });
+    let aside = std::fs::read_to_string(at.join("aside")).unwrap();
+    let (_, rest) = aside.split_once("mission start ").unwrap();
+    let stopped = program(at, ["mission", "stop", rest.split_once(',').unwrap().0]).good("mission stop");
+    assert!(stopped.starts_with("stopped: ") && stopped.contains("Stopped)"), "{stopped}");
+    let ended = child.wait_with_output().unwrap();
+    let printed = text(&ended.stdout).split_whitespace().collect::<Vec<_>>().join(" ");
+    assert_eq!(ended.status.code(), Some(0), "{printed}");
+    assert!(printed.contains("The mission was not flown to its end"), "{printed}");
 }
 
 #[test]
