@@ -279,6 +279,11 @@ fn pps(look: &Look) -> CheckLine {
         if after.synchronised { "UTC is synchronised to them" } else { "UTC is not synchronised to them" };
     let found = format!("{edges} edges in {seconds} s, {synchronised}");
     let steady = u64::from(edges).abs_diff(seconds) <= 1 && after.synchronised;
+    // a computer has no such input, in the simulator none is missed; a board always reports its hardware
+    if after.hardware.is_none() && after.pps_edges == 0 {
+        let found = "a computer stands in for the board, and has no such input: at sea one-way ranges need the board";
+        return CheckLine::new(Verdict::Note, "PPS", found);
+    }
     CheckLine::new(Verdict::graded(steady, !uses_ranges(look)), "PPS", found)
 }
 
@@ -432,6 +437,31 @@ mod tests {
             (Some(1), None, Verdict::Fail),
         ] {
             assert_eq!(images(&Images { trial, other }).verdict, verdict, "{trial:?} {other:?}");
+        }
+    }
+
+    #[test]
+    fn a_board_without_pps_fails_where_a_computer_is_noted() {
+        let used = |min, max| {
+            Declared::new(
+                &ParameterInfo {
+                    index: 0,
+                    count: 1,
+                    name: "app.use_range",
+                    unit: "1",
+                    value: 1.0,
+                    min,
+                    max,
+                    default: 1.0,
+                },
+                false,
+            )
+        };
+        for (hardware, verdict) in [(None, Verdict::Note), (Some(Hardware::default()), Verdict::Fail)] {
+            let mut look = look([0; 5], [0; 5]);
+            look.parameters = vec![used(0.0, 1.0)];
+            look.counters.1.hardware = hardware;
+            assert_eq!(pps(&look).verdict, verdict, "{hardware:?}");
         }
     }
 

@@ -41,7 +41,7 @@ fn a_board_alone_fails_where_it_hears_nothing() {
         ("receive losses", "ok"),
         ("clock", "fail"),
         ("oscillator", "ok"),
-        ("PPS", "fail"),
+        ("PPS", "note"), // this computer has no such input
         ("mode", "fail"),
         ("last resort", "note"),
         ("parameters", "ok"),
