@@ -72,6 +72,8 @@ struct Importer<'a> {
     is_short: bool,
     /// Positions that are no fixes.
     dropped_positions: usize,
+    /// Rows that the log itself marks as not to be used.
+    left_out: usize,
     log: Log,
 }
 
@@ -111,7 +113,7 @@ impl<'a> Importer<'a> {
         let mentioned: Vec<&str> = if has_local { spare.collect() } else { used };
         notes.extend(dropped(format, &names, &mentioned));
         notes.extend(format.remarks.iter().cloned());
-        Ok(Self {
+        let mut importer = Self {
             path,
             format,
             written,
@@ -125,8 +127,13 @@ impl<'a> Importer<'a> {
             run: (Vec::new(), 0, 0),
             is_short: false,
             dropped_positions: 0,
+            left_out: 0,
             log: Log { path: path.to_owned(), notes, ..Log::default() },
-        })
+        };
+        if let Some(beginnings) = &format.file_is_run {
+            importer.enter_run(run_of(path, beginnings).as_bytes());
+        }
+        Ok(importer)
     }
 
     fn row(&mut self, line: u64, record: &ByteRecord) -> Result<(), DataError> {
@@ -142,7 +149,7 @@ impl<'a> Importer<'a> {
         }
         let (mut time, mut run) = (Time::default(), None);
         let mut quaternion = [None; 4];
-        let mut is_quaternion_enu_flu = false;
+        let (mut is_quaternion_enu_flu, mut is_left_out) = (false, false);
         let (mut place, mut is_fix): ([Option<f64>; 2], Option<bool>) = ([None; 2], None);
         for &(cell, known) in &self.bound {
             let text = record.get(cell).unwrap_or_default();
@@ -204,6 +211,7 @@ impl<'a> Importer<'a> {
                     row.set(column, digits.parse().map_err(|_| complaint())?);
                 }
                 Role::Run => run = Some(text),
+                Role::LeftOut => is_left_out = text.eq_ignore_ascii_case(b"true"),
                 Role::Satellites => is_fix = Some(number()?.is_none_or(|count| count > 0.0)),
                 Role::FixStatus => is_fix = Some(number()? == Some(0.0)),
                 Role::Sample { column, scale, offset } => {
@@ -221,8 +229,14 @@ impl<'a> Importer<'a> {
         {
             row.set_all(Column::Roll, &euler_rad);
         }
+        if is_left_out {
+            self.left_out += 1;
+            return Ok(());
+        }
         if let Some(label) = run {
             self.enter_run(label);
+        }
+        if self.run.1 > 0 {
             row.set(Column::Run, f64::from(self.run.1));
         }
         row.time_us = self.time_us(line, &time)?;
@@ -297,6 +311,10 @@ impl<'a> Importer<'a> {
                     .to_owned(),
             );
         }
+        if self.left_out > 0 {
+            let plural = if self.left_out == 1 { "" } else { "s" };
+            self.log.notes.push(format!("{} row{plural} left out: the log marks them so", self.left_out));
+        }
         if self.dropped_positions > 0 {
             let count = self.dropped_positions;
             let plural = if count == 1 { "" } else { "s" };
@@ -339,6 +357,13 @@ pub(super) fn euler_rad(q: [f64; 4], is_enu_flu: bool) -> Option<[f64; 3]> {
         m = [[north[0], -north[1], -north[2]], [east[0], -east[1], -east[2]], [-up[0], up[1], up[2]]];
     }
     Some([m[2][1].atan2(m[2][2]), -m[2][0].clamp(-1.0, 1.0).asin(), m[1][0].atan2(m[0][0])])
+}
+
+/// The name of a file without its ending, and without the first of these that it begins with.
+fn run_of(path: &Path, beginnings: &[String]) -> String {
+    let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+    let stem = name.split('.').next().unwrap_or_default();
+    beginnings.iter().find_map(|beginning| stem.strip_prefix(beginning.as_str())).unwrap_or(stem).to_owned()
 }
 
 fn is_bound(bound: &[(usize, &Known)], wanted: Column) -> bool {

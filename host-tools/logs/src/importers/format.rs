@@ -13,6 +13,8 @@ pub(super) enum Role {
     Label(Column),
     /// A label of the run: where it changes, the times begin again.
     Run,
+    /// The row is left out where this is `True`.
+    LeftOut,
     /// Seconds at which a ping arrived: the time of the row and the arrival.
     Arrival,
     /// `HH:MM:SS`, with or without AM and PM; or `MM:SS.s`, as spreadsheets show it, which starts again every hour.
@@ -57,6 +59,7 @@ impl Role {
             Self::Arrival => "the time and toa_s",
             Self::Label(_) => "the number in the label",
             Self::Run => "the number of the run",
+            Self::LeftOut => "whether the row is left out",
             Self::Date => "the date",
             Self::Latitude | Self::Longitude | Self::LatitudeRad | Self::LongitudeRad => {
                 "a position, gps_x_m and gps_y_m"
@@ -95,6 +98,8 @@ pub(super) struct Format {
     pub needed: Vec<String>,
     /// Every column must be there.
     pub every_column_needed: bool,
+    /// A file is a run, named as the file without the beginnings listed here.
+    pub file_is_run: Option<Vec<String>>,
     /// Samples that every row has.
     pub constants: Vec<(Column, f64)>,
     /// Part of a name (lower case), and why such columns are left out.

@@ -25,6 +25,7 @@ struct Written {
     needed: Vec<String>,
     #[serde(default)]
     every_column_needed: bool,
+    file_is_run: Option<Vec<String>>,
     #[serde(default)]
     constants: BTreeMap<String, f64>,
     #[serde(default)]
@@ -73,6 +74,7 @@ fn format(written: Written) -> Format {
         separators: written.separators.into_bytes(),
         needed: written.needed,
         every_column_needed: written.every_column_needed,
+        file_is_run: written.file_is_run,
         dropped: written.dropped,
         remarks: written.remarks,
     }
@@ -97,6 +99,7 @@ impl WrittenColumn {
             "satellites" => Role::Satellites,
             "fix_status" => Role::FixStatus,
             "run" => Role::Run,
+            "left_out" => Role::LeftOut,
             "label_of_station" => Role::Label(Column::Station),
             _ => {
                 let (column, scale) = self.sample();

@@ -196,3 +196,103 @@ fn columns_of_the_three_formats() {
         import("t_s,vx_mps,vy_mps,cmd_left,cmd_right\n0,0.3,0.4,,\n0.1,0.3,0.4,0.5,0.6\n").unwrap().log.rows[1].clone();
     assert_eq!((row.get(Column::ThrusterRight), row.get(Column::Mass)), (Some(0.6), Some(28.0)));
 }
+
+#[test]
+fn val_axes_of_the_lake_vehicle_as_published() {
+    // Heading north (yaw 90 degrees from east), nose down, drifting to the right, sinking, turning to the right.
+    let head = "lat,lon,alt,roll,pitch,yaw,vn,ve,vf,vl,vu,ax,ay,az,af,al,au,wx,wy,wz,wf,wl,wu,pos_accuracy,\
+        vel_accuracy,navstat,numsats,posmode,velmode,orimode,time";
+    let row = |lat: f64, t_s: f64| {
+        format!(
+            "{lat},108.4,0,0.1,0.2,1.5707963267948966,0,0,1.5,-0.2,-0.3,0,0,0,0,0,0,0.01,0.02,-0.03,0,0,0,0,0,0,0,{t_s},{t_s},{t_s},{t_s}"
+        )
+    };
+    let imported = import(&format!("{head}\r\n{}\r\n{}\r\n", row(34.5, 0.0), row(34.50001, 0.2))).unwrap();
+    assert_eq!(imported.format, "DVL and AHRS log of AUV_navigation_dataset");
+    let [first, second] = &imported.log.rows[..] else { panic!("{:?}", imported.log.rows) };
+    assert_eq!((first.attitude_rad(), first.gnss_m()), (Some([0.1, -0.2, 0.0]), Some([0.0, 0.0])));
+    assert_eq!((first.dvl_mps(), first.rates_radps()), (Some([1.5, 0.2, 0.3]), Some([0.01, -0.02, 0.03])));
+    assert_eq!(second.time_us, 200_000);
+    // 10 µ° of latitude at 34.5 N; WGS 84 has 110.93 km to the degree there (NIMA TR8350.2)
+    assert!((second.gnss_m().unwrap()[0] - 1.1093).abs() < 1e-3, "{:?}", second.gnss_m());
+    let notes = imported.log.notes.join("\n");
+    assert!(notes.contains("numsats, posmode, velmode, orimode (not filled in"), "{notes}");
+    // the older layout has other units under the same names
+    assert!(import(&format!("{}\n{}\n", head.replace(",alt,", ",alt_gps,"), row(34.5, 0.0))).is_err());
+}
+
+#[test]
+fn pings_and_places_as_garpos_has_them() {
+    let text = "# cfgfile = ./initcfg/X/X.ini\n\
+        ,SET,LN,MT,TT,ResiTT,TakeOff,gamma,flag,ST,ant_e0,ant_n0,ant_u0,head0,pitch0,roll0,RT,ant_e1,ant_n1,ant_u1,head1,pitch1,roll1\n\
+        0,S01,L01,M11,2.25,0.0,0.0,0.0,False,30072.5,-27.5,1473.0,14.5,180,0.5,-1,30075.7,-26.5,1462.0,14.25,90,0,0\n\
+        1,S01,L01,M13,9.5,0.0,0.0,0.0,True,30082.5,-22.0,1412.0,14.5,188,0,0,30096.6,-22.25,1401.0,14.5,190,0,0\n\
+        2,S01,L01,M13,3.5,0.0,0.0,0.0,False,30092.5,-22.0,1412.0,14.5,188,0,0,30096.6,-22.25,1401.0,14.5,190,0,0\n";
+    let imported = import(text).unwrap();
+    assert_eq!(imported.format, "GARPOS observation file");
+    let mut log = imported.log;
+    assert_eq!(log.column(Column::TwoWayTime).collect::<Vec<_>>(), [(0, 2.25), (20_000_000, 3.5)]);
+    let row = &log.rows[0];
+    let get = |column| row.get(column).unwrap();
+    assert_eq!((row.gnss_m(), get(Column::GpsZ), get(Column::ReplyGpsY)), (Some([1473.0, -27.5]), -14.5, -26.5));
+    assert!((get(Column::ReplyHeading) - FRAC_PI_2).abs() < 1e-12); // rounding
+    assert!(log.notes.iter().any(|note| note.starts_with("1 row left out")), "{:?}", log.notes);
+    let site = "[Obs-parameter]\n Site_name = X\n\n[Model-parameter]\n# MT_Pos : 'stapos_E' 'stapos_N'\n\
+        M11_dPos = -47.0 408.5 -1345.0 3.0 3.0\n M13_dPos = 1 2 -3 0 0 0\n dCentPos = 0.5 0.25 -1 0 0 0\n\
+        ATDoffset = 1.5 -1.25 20 0 0 0\n";
+    log.join(import(site).unwrap().log);
+    assert_eq!(log.stations_m()[&11], [408.75, -46.5, 1346.0]);
+    assert_eq!(log.stations_m()[&13], [2.25, 1.5, 4.0]);
+    assert!(log.notes.iter().any(|note| note.contains("1.5, -1.25, 20 m forward")), "{:?}", log.notes);
+    let complaint = |text: &str| import(text).unwrap_err().to_string();
+    assert!(
+        complaint(&site.replace("408.5", "north")).contains(":6:1: M11_dPos: expected east, north, up in m, no north")
+    );
+    assert!(complaint(&site.replace("M11", "A")).contains(":6:1: \"A\" holds no number, such as M11"));
+    assert!(complaint("[Obs-parameter]\n").contains("without a place"));
+}
+
+/// Writes files and joins what is read of them, in this order.
+fn joined(files: &[(&str, &str)]) -> crate::Log {
+    let folder = tempfile::tempdir().unwrap();
+    let mut logs = files.iter().map(|(name, text)| {
+        let path = folder.path().join(name);
+        std::fs::write(&path, text).unwrap();
+        super::read(&path).unwrap().log
+    });
+    let mut log = logs.next().unwrap();
+    logs.for_each(|other| log.join(other));
+    log
+}
+
+#[test]
+fn a_file_is_a_run_by_its_name() {
+    let dvl = "Time [s],DVL X [m/s],DVL Y [m/s],DVL Z [m/s]\n0.0,2,0.1,0\n1.00250626566,2.5,0.1,0\n";
+    let reference = "Time [s],Longitude [rad],Latitude [rad],Altitude [m],V North [m/s],V East [m/s],V Down [m/s],Roll [rad],Pitch [rad],Yaw [rad]\n\
+        0.0,0.6,0.5,-19,1,2,0.1,0,0.01,3\n1.00250626566,0.6,0.5,-19,1,2.5,0.1,0,0.01,3\n";
+    let log = joined(&[
+        ("DVL_trajectory1.csv", dvl),
+        ("GT_trajectory1.csv", reference),
+        ("DVL_trajectory2.csv", dvl),
+        ("GT_trajectory2.csv", reference),
+    ]);
+    assert_eq!(log.runs, [("trajectory1".to_owned(), 0), ("trajectory2".to_owned(), 101_000_000)]);
+    let of = |column| log.column(column).collect::<Vec<_>>();
+    assert_eq!(of(Column::DvlU), [(0, 2.0), (1_000_000, 2.5), (101_000_000, 2.0), (102_000_000, 2.5)]);
+    assert_eq!(of(Column::RefEast), [(0, 2.0), (1_000_000, 2.5), (101_000_000, 2.0), (102_000_000, 2.5)]);
+    assert_eq!(of(Column::Run).iter().map(|(_, run)| *run).sum::<f64>(), 12.0);
+}
+
+#[test]
+fn a_ship_model_with_its_wind() {
+    let head = "t [s],x_position_mid [m],u_velo [m/s],y_position_mid [m],vm_velo [m/s],psi_hat [rad],r_angvelo [rad/s],n_prop [rps],delta_rudder [rad],\
+        wind_velo_relative_mid [m/s],wind_dir_relative_mid [rad],wind_velo_true [m/s],wind_dir_true [rad]";
+    let text = format!("{head}\n0.0,1,0.5,2,0.1,0.2,0.01,8,-0.3,1.2,5.2,1.0,5.0\n");
+    let log = joined(&[("turn_1-Jan-2020.csv", &text), ("zigzag_2-Jan-2020.csv.gz", &text)]);
+    assert_eq!(log.runs[1], ("zigzag_2-Jan-2020".to_owned(), 100_000_000));
+    let row = &log.rows[1];
+    let get = |column| row.get(column).unwrap();
+    assert_eq!((get(Column::PropRpm), get(Column::Rudder), row.gnss_m()), (480.0, -0.3, Some([1.0, 2.0])));
+    assert_eq!((get(Column::DvlU), get(Column::DvlV), get(Column::R)), (0.5, 0.1, 0.01));
+    assert_eq!((get(Column::WindSpeed), get(Column::WindFrom), get(Column::Run)), (1.0, 5.0, 2.0));
+}

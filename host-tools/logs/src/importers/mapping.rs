@@ -197,6 +197,7 @@ impl ColumnMap {
                 columns,
                 every_column_needed: true,
                 needed: Vec::new(),
+                file_is_run: None,
                 constants,
                 dropped: Vec::new(),
                 remarks: Vec::new(),

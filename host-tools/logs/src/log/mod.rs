@@ -259,7 +259,9 @@ impl Log {
         self.rows.extend(other.rows);
         // Stable: of two rows at one time the own one stays first.
         self.rows.sort_by_key(|row| row.time_us);
-        self.notes.extend(other.notes);
+        // files of one format say the same
+        let new = other.notes.into_iter().filter(|note| !self.notes.contains(note)).collect::<Vec<_>>();
+        self.notes.extend(new);
         self.is_motor_rpm |= other.is_motor_rpm;
     }
 
