@@ -17,6 +17,7 @@ use backseat_core::identification::regressor::{Regressor, regressor};
 use backseat_core::identification::theta::{PARAMETERS, theta_of, with_theta};
 use backseat_core::identification::{Excitation, ParameterBox, Theta, Visibility};
 use backseat_core::state;
+use backseat_logs::interrupt;
 use nalgebra::Vector6;
 
 /// Passes offline: cut-off of what the model leaves of velocity (Hz), γ at the start and in the end (1/s²).
@@ -99,6 +100,7 @@ fn pass(
         let Some(first) = smoothed.states.first() else { continue };
         state.velocity = state::velocity(first);
         for (instant, pair) in smoothed.states.windows(2).enumerate() {
+            interrupt::check();
             let input = samples[instant / STEPS].input.step(instant % STEPS);
             let [then, now] = [0, 1].map(|i| {
                 let x = &pair[i];

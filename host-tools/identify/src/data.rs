@@ -7,7 +7,7 @@ use backseat_core::dynamics::{ActuatorInput, Attitude};
 use backseat_core::effects::{EffectSet, SensorChannel};
 use backseat_core::state::wrap_angle;
 use backseat_estimation::commands::{Commands, InputTiming};
-use backseat_logs::{Log, LogRow};
+use backseat_logs::{Log, LogRow, interrupt};
 use nalgebra::{Vector3, Vector6};
 use std::ops::Range;
 
@@ -169,6 +169,7 @@ impl LoggedInputs {
         let mut removal = EffectRemoval::new(&self.effects, self.start_us);
         let mut at = 0;
         for sample in samples {
+            interrupt::check();
             let from_s = (sample.time_us - self.start_us) as f64 * 1e-6;
             while lines.get(at + 1).is_some_and(|next| next.from_s <= from_s) {
                 at += 1;

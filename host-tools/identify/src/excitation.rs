@@ -12,6 +12,7 @@ use backseat_core::identification::aid::{Instant, model_acceleration};
 use backseat_core::identification::regressor::{Regressor, regressor};
 use backseat_core::identification::theta::theta_of;
 use backseat_core::state;
+use backseat_logs::interrupt;
 use backseat_logs::stats::Z_95;
 use nalgebra::{DMatrix, SMatrix};
 
@@ -121,6 +122,7 @@ fn correlation(data: &IdentificationData, vehicle: &VehicleParameters, seen: &[u
     let weight = energy.map(|energy| count / energy.max(1.0e-12));
     let mut gram_matrix = SMatrix::<f64, EXTENDED, EXTENDED>::zeros();
     for row in &rows {
+        interrupt::check();
         let mut weighted = *row;
         for (axis, weight) in weight.iter().enumerate() {
             weighted.row_mut(axis).scale_mut(*weight / count);

@@ -4,6 +4,7 @@ use crate::data::IdentificationData;
 use crate::options::{IdentifyError, Options};
 use backseat_core::dynamics::VehicleParameters;
 use backseat_core::identification::{IdentificationConfig, Identifier};
+use backseat_logs::interrupt;
 
 /// The identifier's settings for a log.
 #[must_use]
@@ -29,6 +30,7 @@ pub fn run_identifier(
     let mut identifier = Box::new(Identifier::new());
     identifier.configure(&config(options), prior).map_err(IdentifyError::Settings)?;
     for (sample, since) in data.with_input_since() {
+        interrupt::check();
         identifier.sample(sample.time_us, &sample.attitude, &sample.velocity, &since);
     }
     Ok(identifier)

@@ -19,6 +19,7 @@ use backseat_core::identification::aid::Instant;
 use backseat_core::identification::regressor::{Regressor, known_wrench, regressor};
 use backseat_core::identification::theta::M11;
 use backseat_core::state::{self, VehicleState};
+use backseat_logs::interrupt;
 use core::f64::consts::PI;
 use nalgebra::{DMatrix, DVector, Vector6};
 use rayon::prelude::*;
@@ -81,6 +82,7 @@ fn windows(data: &IdentificationData, model: &VehicleModel) -> Vec<Window> {
         let some: Vec<Window> = starts
             .into_par_iter()
             .map(|k| {
+                interrupt::check();
                 let (rows, known) = integrate(model, &samples[k..], &smoothed.states[2 * k..]);
                 let (instruments, _) = integrate(model, &samples[k..], &smoothed.model[2 * k..]);
                 Window { rows, instruments, known }
@@ -120,6 +122,7 @@ pub(crate) fn solve(
         let mut scatter = DMatrix::zeros(n, n);
         let mut right = DVector::zeros(n);
         for window in &windows {
+            interrupt::check();
             let left = residual(window);
             let mut instruments = window.instruments;
             for (axis, weight) in weight.iter().enumerate() {

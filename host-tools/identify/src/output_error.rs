@@ -16,7 +16,6 @@ use crate::simulation::{self, COLUMNS, OUTPUT_STATES, OUTPUTS, Output, Sensitive
 use crate::{aid, smoothing};
 use backseat_core::dynamics::{VehicleModel, VehicleParameters};
 use backseat_core::state::VehicleState;
-use backseat_logs::interrupt;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
@@ -126,11 +125,7 @@ pub(crate) fn squares(model: &VehicleModel, samples: &[Sample], start: &VehicleS
 }
 
 fn evaluate_all(model: &VehicleModel, segments: &[Segment<'_>], weights: &Output) -> Vec<Evaluated> {
-    let one = |segment: &Segment<'_>| {
-        interrupt::check();
-        evaluate(model, segment, weights)
-    };
-    segments.par_iter().map(one).collect()
+    segments.par_iter().map(|segment| evaluate(model, segment, weights)).collect()
 }
 
 fn total(squares: impl IntoIterator<Item = Output>, weights: &Output) -> f64 {

@@ -5,6 +5,7 @@ use crate::sample::{PERIOD_S, PeriodInput, STEPS, Sample, mean};
 use backseat_core::dynamics::{ActuatorInput, Attitude, VehicleModel};
 use backseat_core::identification::regressor::{Regressor, regressor};
 use backseat_core::state::{self, P, PHI, THETA, U, VehicleState, wrap_angle};
+use backseat_logs::interrupt;
 use nalgebra::{SMatrix, SVector, Vector6};
 
 /// Number of outputs: roll, pitch, u, v, w, p, q, r. Position and heading feed nothing back.
@@ -77,6 +78,7 @@ pub fn free_run(model: &VehicleModel, start: &VehicleState, samples: &[Sample]) 
     let mut states = Vec::with_capacity(half_steps(samples.len()));
     let mut x = *start;
     for (k, sample) in samples.iter().enumerate() {
+        interrupt::check();
         states.push(x);
         if k + 1 == samples.len() {
             break;
@@ -127,6 +129,7 @@ impl Sensitive {
 
     /// One period. The sensitivities move by the exponential of the Jacobian in the middle of each step.
     pub fn advance(&mut self, model: &VehicleModel, input: &PeriodInput) {
+        interrupt::check();
         let dt = PERIOD_S / STEPS as f64;
         for step in 0..STEPS {
             let ends = input.step(step);

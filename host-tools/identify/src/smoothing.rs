@@ -9,6 +9,7 @@ use crate::sample::{PERIOD_S, Sample};
 use crate::simulation::{self, OUTPUTS, Output, half_steps};
 use backseat_core::dynamics::{Attitude, VehicleModel};
 use backseat_core::state::{P, PHI, THETA, VehicleState, wrap_angle};
+use backseat_logs::interrupt;
 use core::f64::consts::PI;
 use nalgebra::{Vector2, Vector3};
 use std::ops::Range;
@@ -62,6 +63,7 @@ fn low_pass_channels(values: &[Output], cutoffs_hz: &CutOffs, channels: Range<us
         let after = (1..=reach).map(|d| reflect(last - d.min(last), last));
         let padded: Vec<f64> = before.chain(values.iter().map(|v| v[channel])).chain(after).collect();
         for (output, window) in filtered.iter_mut().zip(padded.windows(2 * reach + 1)) {
+            interrupt::check();
             let (old, new) = window.split_at(reach);
             let mut sum = 0.0;
             for ((tap, old), new) in taps.iter().zip([&new[0]].into_iter().chain(old.iter().rev())).zip(new) {

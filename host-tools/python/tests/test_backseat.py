@@ -11,6 +11,7 @@ import signal
 import subprocess
 import tempfile
 import threading
+import time
 import unittest
 from pathlib import Path
 
@@ -205,10 +206,26 @@ class Results(unittest.TestCase):
     def test_ctrl_c_ends_the_work(self):
         # a shell's background commands ignore it
         self.addCleanup(signal.signal, signal.SIGINT, signal.signal(signal.SIGINT, signal.default_int_handler))
+        dive = backseat.read(DIVE)
         with tempfile.TemporaryDirectory() as folder:
-            threading.Timer(0.5, os.kill, (os.getpid(), signal.SIGINT)).start()
-            with self.assertRaises(KeyboardInterrupt):
-                backseat.simulate(minutes=100_000, out=f"{folder}/run")
+            works = [lambda: backseat.simulate(minutes=100_000, out=f"{folder}/run")]
+            methods = ("auto", "aid", "aid-online", "iv", "output-error")
+            works += [lambda method=method: backseat.identify(dive, method=method) for method in methods]
+            began_s = time.process_time()
+            backseat.identify(dive, method="aid-online")
+            whole_s = time.process_time() - began_s
+            for work in works:
+                pressed_s = []
+
+                def press():
+                    pressed_s.append(time.process_time())
+                    os.kill(os.getpid(), signal.SIGINT)
+
+                threading.Timer(0.2, press).start()
+                with self.assertRaises(KeyboardInterrupt):
+                    work()
+                # of the processor, however busy the machine is: a small part of the shortest method's work
+                self.assertLess(time.process_time() - pressed_s[0], whole_s / 4)
         # what comes next is not ended
         self.assertEqual(len(backseat.navigate(DIVE, dvl=False).summary["digest"]), 16)
 
