@@ -338,6 +338,13 @@ def _log(log: Union[Log, PathLike, Mapping[str, ArrayLike]]) -> "_backseat.Log":
     return Log.from_columns(log)._inner
 
 
+def _trial(
+    ship: Optional[PathLike], modem: Union[PathLike, Sequence[PathLike]], origin_deg: Optional[Tuple[float, float]]
+) -> "_backseat.TrialLogs":
+    modems = [modem] if isinstance(modem, (str, os.PathLike)) else modem
+    return _optional_file(ship), [_file(path) for path in modems], origin_deg
+
+
 def _vehicle(vehicle: Union[None, Vehicle, PathLike]) -> Optional["_backseat.Vehicle"]:
     if vehicle is None or isinstance(vehicle, Vehicle):
         return None if vehicle is None else vehicle._inner
@@ -397,11 +404,9 @@ def navigate(
     ``learn``: a file for the vehicle with what this dive has shown of it. ``report``: a folder for report.html.
     """
     switches = [not dvl, not range_rate, current, packet, smooth]
-    modems = [modem] if isinstance(modem, (str, os.PathLike)) else modem
-    beside = (_optional_file(ship), [_file(path) for path in modems], origin_deg, _optional_file(terms))
     text, track, smoothed, page, found = _backseat.navigate(
-        _log(log), _vehicle(vehicle), _optional_file(truth), model, switches, (water, float(receiver_bias_m)), beside,
-        report is not None,
+        _log(log), _vehicle(vehicle), _optional_file(truth), model, switches, (water, float(receiver_bias_m)),
+        _trial(ship, modem, origin_deg), _optional_file(terms), report is not None,
     )
     learnt = None if found is None else Vehicle(found[0])
     if learn is not None:
@@ -453,6 +458,9 @@ def diagnose(
     dvl: bool = True,
     with_: Sequence[Union[Log, PathLike, Mapping[str, ArrayLike]]] = (),
     run: Optional[int] = None,
+    ship: Optional[PathLike] = None,
+    modem: Union[PathLike, Sequence[PathLike]] = (),
+    origin_deg: Optional[Tuple[float, float]] = None,
     report: Optional[PathLike] = None,
     force: bool = False,
 ) -> Diagnosis:
@@ -460,8 +468,9 @@ def diagnose(
 
     ``vehicle``: the declared vehicle; the built-in reference if left out. ``truth``: a CSV to compare positions with.
     ``with_``: logs of the same time base, joined to the first; runs join by their labels. ``run``: one run alone, of a
-    table that holds several, counted from 1. ``report``: a folder for report.html and vehicle.toml, and for
-    proposed_terms.toml if terms were proposed.
+    table that holds several, counted from 1. ``ship``, ``modem``, ``origin_deg``: what a trial leaves behind, as for
+    :func:`navigate`. ``report``: a folder for report.html and vehicle.toml, and for proposed_terms.toml if terms were
+    proposed.
 
     ``log`` may be a folder of short runs of a torpedo without fixes; ``truth``, ``dvl`` and the figures need fixes.
     """
@@ -469,7 +478,7 @@ def diagnose(
         Path(report).mkdir(parents=True, exist_ok=True)
     text, sentence, vehicle_found, page, figures = _backseat.diagnose(
         _log(log), _vehicle(vehicle), _optional_file(truth), not dvl, [_log(other) for other in with_], run,
-        _fspath(report), force,
+        _trial(ship, modem, origin_deg), _fspath(report), force,
     )
     found = Vehicle(vehicle_found)
     summary = json.loads(text)

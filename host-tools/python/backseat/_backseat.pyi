@@ -3,6 +3,7 @@
 from typing import List, Optional, Sequence, Tuple
 
 Columns = List[Tuple[str, bytes]]
+TrialLogs = Tuple[Optional[str], Sequence[str], Optional[Sequence[float]]]
 __version__: str
 
 class Log:
@@ -33,8 +34,7 @@ class Vehicle:
 def map(table: str) -> str: ...
 def navigate(
     log: Log, vehicle: Optional[Vehicle], truth: Optional[str], model: Optional[str], switches: Sequence[bool],
-    level: Tuple[str, float], beside: Tuple[Optional[str], Sequence[str], Optional[Sequence[float]], Optional[str]],
-    wants_page: bool,
+    level: Tuple[str, float], trial: TrialLogs, terms: Optional[str], wants_page: bool,
 ) -> Tuple[str, Columns, Optional[Columns], Optional[str], Optional[Tuple[Vehicle, str]]]: ...
 def identify(
     log: Log, vehicle: Optional[Vehicle], validate: Optional[Log], method: str, scale: str, cross_drag: bool,
@@ -42,7 +42,7 @@ def identify(
 ) -> Tuple[str, Optional[Vehicle], Optional[str]]: ...
 def diagnose(
     log: Log, vehicle: Optional[Vehicle], truth: Optional[str], no_dvl: bool, beside: Sequence[Log], run: Optional[int],
-    report: Optional[str], force: bool,
+    trial: TrialLogs, report: Optional[str], force: bool,
 ) -> Tuple[str, str, Vehicle, Optional[str], List[Tuple[str, Columns]]]: ...
 def simulate(
     scenario: Optional[str], vehicle: Optional[Vehicle], seed: Optional[int], minutes: Optional[float],

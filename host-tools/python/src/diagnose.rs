@@ -4,14 +4,15 @@ use crate::columns::{Columns, bytes};
 use crate::error;
 use crate::interruptible;
 use crate::log::Log;
+use crate::navigate::{TrialLogs, join};
 use crate::vehicle::Vehicle;
 use anyhow::anyhow;
 use backseat_analysis::diagnose::{DiagnosisResult, Files, TERMS_FILE, compute, gather, report, sentence, torpedo};
 use backseat_analysis::effect::terms::Terms;
 use backseat_diagnose::figures;
 use backseat_diagnose::samples::ResidualChannel;
-use backseat_logs::Truth;
 use backseat_logs::output::Existing;
+use backseat_logs::{Truth, VehicleFile};
 use pyo3::prelude::*;
 use std::path::PathBuf;
 
@@ -20,7 +21,7 @@ type Found<'py> = (String, String, Vehicle, Option<String>, Vec<(String, Columns
 
 /// Finds which effect the declared vehicle lacks.
 #[pyfunction]
-#[pyo3(signature = (log, vehicle, truth, no_dvl, beside, run, folder, force))]
+#[pyo3(signature = (log, vehicle, truth, no_dvl, beside, run, trial, folder, force))]
 #[allow(clippy::too_many_arguments)] // one for each of the command's flags
 pub fn diagnose<'py>(
     py: Python<'py>,
@@ -30,12 +31,15 @@ pub fn diagnose<'py>(
     no_dvl: bool,
     beside: Vec<PyRef<'py, Log>>,
     run: Option<u32>,
+    trial: TrialLogs,
     folder: Option<PathBuf>,
     force: bool,
 ) -> PyResult<Found<'py>> {
     let mut read = log.read.clone();
     gather(&mut read.log, beside.iter().map(|other| other.read.log.clone()), run).map_err(error)?;
     let vehicle = vehicle.map(|vehicle| &vehicle.file);
+    let declared = vehicle.cloned().unwrap_or_else(VehicleFile::reference);
+    interruptible::run(py, || join(trial, &mut read, &declared))?;
     if torpedo::is_for(&read.log) {
         if truth.is_some() || no_dvl {
             return Err(error(anyhow!("truth= and dvl=False need a log with fixes: these are short runs without")));

@@ -6,6 +6,7 @@ use crate::interruptible;
 use crate::log::Log;
 use crate::vehicle::Vehicle;
 use backseat_analysis::navigate::{Estimate, Model, NavigationResult, Settings, Trial, take_out_file, water};
+use backseat_analysis::read_log::ReadLog;
 use backseat_estimation::filter::TrackSample;
 use backseat_logs::{STATE_COLUMNS, Truth, VehicleFile};
 use backseat_report::Report;
@@ -15,12 +16,12 @@ use std::path::PathBuf;
 
 /// JSON object, track, smoothed track, page (if it is wanted), what was learnt and what the head of its file says.
 type Found<'py> = (String, Columns<'py>, Option<Columns<'py>>, Option<String>, Option<(Vehicle, String)>);
-/// Logs of the ship's receiver and of modems, the origin, degrees, and a file of terms.
-type Beside = (Option<PathBuf>, Vec<PathBuf>, Option<[f64; 2]>, Option<PathBuf>);
+/// Logs of the ship's receiver and of modems, and the origin, degrees.
+pub type TrialLogs = (Option<PathBuf>, Vec<PathBuf>, Option<[f64; 2]>);
 
 /// Runs the navigation filter over a log.
 #[pyfunction]
-#[pyo3(signature = (log, vehicle, truth, model, switches, level, beside, wants_page))]
+#[pyo3(signature = (log, vehicle, truth, model, switches, level, trial, terms, wants_page))]
 #[allow(clippy::too_many_arguments)] // groups of the command's flags
 pub fn navigate<'py>(
     py: Python<'py>,
@@ -30,7 +31,8 @@ pub fn navigate<'py>(
     model: Option<&str>,
     switches: [bool; 5],
     level: (String, f64),
-    beside: Beside,
+    trial: TrialLogs,
+    terms: Option<PathBuf>,
     wants_page: bool,
 ) -> PyResult<Found<'py>> {
     let [no_dvl, no_range_rate, current, packet, smooth] = switches;
@@ -44,13 +46,11 @@ pub fn navigate<'py>(
     let settings = Settings { model, no_dvl, no_range_rate, current, packet, smooth, water, receiver_bias_m };
     let truth = truth.map(|path| Truth::read(&path)).transpose().map_err(error)?;
     let declared = vehicle.map_or_else(VehicleFile::reference, |vehicle| vehicle.file.clone());
-    let (ship, modem, origin_deg, terms) = beside;
     let mut read = log.read.clone();
-    py.detach(|| {
-        Trial { ship, modem, origin_deg }.join(&mut read, &declared)?;
+    interruptible::run(py, || {
+        join(trial, &mut read, &declared)?;
         terms.map_or(Ok(()), |path| take_out_file(&mut read, &declared, &path))
-    })
-    .map_err(error)?;
+    })?;
     let compute = || -> anyhow::Result<(NavigationResult<'_>, Report)> {
         let vehicle = vehicle.map(|vehicle| &vehicle.file);
         let result = backseat_analysis::navigate::compute(&read, vehicle, truth.as_ref(), &settings)?;
@@ -69,6 +69,14 @@ pub fn navigate<'py>(
     let smoothed = result.estimate.smoothed().map(|samples| self::track(py, samples));
     let learnt = result.learnt(&declared).map(|file| (Vehicle { file }, result.learnt_source(&declared)));
     Ok((report.to_json(), track, smoothed, wants_page.then(|| report.html()), learnt))
+}
+
+/// Joins the logs of a trial to the vehicle's.
+///
+/// # Errors
+/// As [`Trial::join`].
+pub fn join((ship, modem, origin_deg): TrialLogs, read: &mut ReadLog, vehicle: &VehicleFile) -> anyhow::Result<()> {
+    Trial { ship, modem, origin_deg }.join(read, vehicle)
 }
 
 fn track<'py>(py: Python<'py>, samples: &[TrackSample]) -> Columns<'py> {

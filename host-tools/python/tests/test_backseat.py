@@ -20,8 +20,10 @@ import numpy as np
 import backseat
 
 ROOT = Path(__file__).resolve().parents[3]
-DIVE = str(ROOT / "docs/guide/samples/dive.csv.gz")
-IVER = str(ROOT / "docs/guide/samples/iver_survey.csv.gz")
+SAMPLES = ROOT / "docs/guide/samples"
+DIVE = str(SAMPLES / "dive.csv.gz")
+IVER = str(SAMPLES / "iver_survey.csv.gz")
+TRIAL = str(SAMPLES / "trial_vehicle.csv.gz")
 # What differs from run to run, or is a path of the command line.
 OF_THE_RUN = {"wall_s", "report", "track", "vehicle_file"}
 
@@ -70,8 +72,7 @@ class SameNumbers(unittest.TestCase):
         self.assertEqual(list(ours.track), ["t_s", "x_m", "y_m"])
 
     def test_a_trial_s_logs_are_joined(self):
-        samples = ROOT / "docs/guide/samples"
-        log, ship, modem = (samples / f"trial_{name}" for name in ("vehicle.csv.gz", "ship.nmea.gz", "modem.log"))
+        log, ship, modem = (SAMPLES / f"trial_{name}" for name in ("vehicle.csv.gz", "ship.nmea.gz", "modem.log"))
         origin = (41.5, -70.7)
         ours = backseat.navigate(log, ship=ship, modem=[modem], origin_deg=origin, dvl=False)
         theirs = command(
@@ -81,6 +82,10 @@ class SameNumbers(unittest.TestCase):
         one = backseat.navigate(log, ship=ship, modem=modem, origin_deg=origin, dvl=False)
         self.assertEqual(ours.summary["digest"], one.summary["digest"])
         self.assertNotEqual(ours.summary["digest"], backseat.navigate(log, dvl=False).summary["digest"])
+        ours = backseat.diagnose(log, ship=ship, modem=modem, origin_deg=origin)
+        theirs = command("diagnose", log, "--ship", ship, "--modem", modem, "--origin", "41.5,-70.7", "--json")
+        self.same(ours.summary, theirs)
+        self.assertIn("72 ranges", " ".join(ours.summary["notes"]))
 
     def test_what_a_dive_has_taught(self):
         with tempfile.TemporaryDirectory() as folder:
