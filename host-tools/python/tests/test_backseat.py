@@ -5,6 +5,9 @@
 The notebook needs matplotlib; everything else numpy alone.
 """
 
+import base64
+import contextlib
+import io
 import json
 import os
 import signal
@@ -14,6 +17,7 @@ import threading
 import time
 import unittest
 from pathlib import Path
+from unittest import mock
 
 import numpy as np
 
@@ -266,18 +270,57 @@ class Results(unittest.TestCase):
 
 
 class Notebook(unittest.TestCase):
+    FILE = ROOT / "docs/guide/from_log_to_cause.ipynb"
+
+    def outputs(self, cell, names):
+        """What a cell prints and draws, as a notebook keeps it."""
+        from matplotlib import pyplot
+
+        outputs, printed = [], io.StringIO()
+
+        def keep_text():
+            if printed.getvalue():
+                text = printed.getvalue().splitlines(keepends=True)
+                outputs.append({"name": "stdout", "output_type": "stream", "text": text})
+            printed.seek(0)
+            printed.truncate()
+
+        def show():
+            keep_text()
+            for number in pyplot.get_fignums():
+                picture = io.BytesIO()
+                pyplot.figure(number).savefig(picture, dpi=60, bbox_inches="tight", metadata={"Software": None})
+                data = {"image/png": base64.b64encode(picture.getvalue()).decode() + "\n"}
+                outputs.append({"data": data, "metadata": {}, "output_type": "display_data"})
+            pyplot.close("all")
+
+        with contextlib.redirect_stdout(printed), mock.patch("matplotlib.pyplot.show", show):
+            exec("".join(cell["source"]), names)
+        keep_text()
+        return outputs
+
     def test_its_cells_run_and_name_the_cause(self):
         os.environ["MPLBACKEND"] = "Agg"
-        cells = json.loads((ROOT / "docs/guide/from_log_to_cause.ipynb").read_text(encoding="utf-8"))["cells"]
+        notebook = json.loads(self.FILE.read_text(encoding="utf-8"))
+        cells = [cell for cell in notebook["cells"] if cell["cell_type"] == "code"]
         names = {}
         here = os.getcwd()
-        os.chdir(ROOT / "docs/guide")  # a kernel starts in the notebook's folder
+        os.chdir(self.FILE.parent)  # a kernel starts in the notebook's folder
         try:
-            for cell in cells:
-                if cell["cell_type"] == "code":
-                    exec("".join(cell["source"]), names)
+            found = [self.outputs(cell, names) for cell in cells]
         finally:
             os.chdir(here)
+        if os.environ.get("BACKSEAT_WRITE_NOTEBOOK"):
+            for count, (cell, outputs) in enumerate(zip(cells, found), start=1):
+                cell.update(execution_count=count, outputs=outputs)
+            self.FILE.write_text(json.dumps(notebook, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+        for count, (cell, outputs) in enumerate(zip(cells, found), start=1):
+            self.assertEqual(cell["execution_count"], count)
+            # pictures differ by the version of what draws them
+            stored, run = ([(one["output_type"], one.get("text")) for one in of] for of in (cell["outputs"], outputs))
+            self.assertEqual(stored, run, "BACKSEAT_WRITE_NOTEBOOK=1 stores the outputs of this run: read their diff")
+            pictures = [output["data"]["image/png"] for output in cell["outputs"] if "data" in output]
+            self.assertTrue(all(base64.b64decode(picture).startswith(b"\x89PNG") for picture in pictures))
         self.assertEqual([effect["name"] for effect in names["found"].summary["effects"]], ["fin_bias"])
         before, after = names["before"].summary["rejected"], names["after"].summary["rejected"]
         self.assertGreater(before["rates"], 100)
