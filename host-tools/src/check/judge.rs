@@ -366,7 +366,7 @@ fn key(look: &Look) -> CheckLine {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use backseat_wire::hostlink::{Image, ImageId, Stack};
+    use backseat_wire::hostlink::{Image, ImageId, ParameterInfo, Stack};
 
     fn look(before: [u32; 5], after: [u32; 5]) -> Look {
         let health = |receive_losses| Health {
