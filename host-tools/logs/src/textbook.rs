@@ -57,9 +57,9 @@ impl Sizes {
         let length = self.length_m.map_or(1.0, |length| length / p.length_m);
         let diameter = self.diameter_m.map_or(1.0, |diameter| diameter / p.diameter_m);
         let mass = self.mass_kg.map_or(length * diameter * diameter, |mass| mass / p.mass_kg);
-        p.length_m = self.length_m.unwrap_or(p.length_m);
-        p.diameter_m = self.diameter_m.unwrap_or(p.diameter_m);
-        p.mass_kg = self.mass_kg.unwrap_or(p.mass_kg * mass);
+        p.length_m *= length;
+        p.diameter_m *= diameter;
+        p.mass_kg *= mass;
         p.displaced_mass_kg *= mass;
         p.b_cb_to_cg_m = p.b_cb_to_cg_m.map(|b| b * diameter);
         let rotary = mass * length * length;
@@ -82,15 +82,18 @@ impl Sizes {
 }
 
 /// Six digits of the numbers that [`Sizes::scale`] changes, for a file: more say nothing of what is known to some per cent.
-/// The sizes themselves stay as the data sheet has them.
+/// What the data sheet gives stands as it gives it.
 pub fn six_digits(p: &mut VehicleParameters, given: &Sizes) {
     let round = |value: &mut f64| *value = format!("{value:.5e}").parse().unwrap_or(*value);
     p.b_cb_to_cg_m.iter_mut().chain(&mut p.m_diag).chain(&mut p.quadratic_diag).for_each(round);
     p.fins.iter_mut().flat_map(|fin| &mut fin.cp_m).for_each(round);
     [&mut p.displaced_mass_kg, &mut p.linear_surge_ns_per_m, &mut p.d26, &mut p.d35].into_iter().for_each(round);
     [&mut p.beta5_n_s2_per_rad2, &mut p.advance_n_s2_per_rad_m, &mut p.fin_area_m2].into_iter().for_each(round);
-    if given.mass_kg.is_none() {
-        round(&mut p.mass_kg);
+    for (value, given) in
+        [(&mut p.length_m, given.length_m), (&mut p.diameter_m, given.diameter_m), (&mut p.mass_kg, given.mass_kg)]
+    {
+        round(value);
+        *value = given.unwrap_or(*value);
     }
 }
 
