@@ -10,6 +10,7 @@ mod diagnose;
 mod effect;
 mod export;
 mod foxglove;
+mod hint;
 mod identify;
 mod info;
 mod log_input;
@@ -29,6 +30,7 @@ mod update;
 mod vehicle;
 
 use anyhow::Context as _;
+use backseat_logs::with_hint;
 use backseat_report::console;
 use clap::error::{ContextKind, ContextValue};
 use clap::{CommandFactory, Parser, Subcommand};
@@ -181,7 +183,7 @@ pub fn command_line(given: impl Iterator<Item = OsString>) -> ExitCode {
     match result {
         Ok(outcome) => outcome.exit_code(),
         Err(error) => {
-            console::say(&format!("error: {error:#}"));
+            console::say(&with_hint(format!("error: {error:#}"), &hint::HINTS));
             ExitCode::FAILURE
         }
     }

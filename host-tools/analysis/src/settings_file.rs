@@ -65,15 +65,15 @@ fn kind(table: &toml::Table) -> Option<Kind> {
     named.or_else(|| is_vehicle().then_some(Kind::Vehicle))
 }
 
-/// What a file given as a log is, and which command takes it, where it is one of settings.
+/// What a file given as a log is, where it is one of settings.
 pub fn instead_of_log(path: &Path) -> Option<&'static str> {
     let table = table(&backseat_logs::settings::read(path).ok()?)?;
     Some(match kind(&table)? {
-        Kind::Mapping => "a column mapping, not a log: `LOG --columns FILE` reads a log by it",
-        Kind::Topside => "a configuration of topside, not a log: `backseat topside FILE` runs it",
-        Kind::Scenario => "a scenario, not a log: `backseat sim run FILE` flies it and writes one",
-        Kind::Mission => "a mission, not a log: `backseat mission put PORT FILE` stores it on the board",
-        Kind::Vehicle => "a vehicle file, not a log: give it by --vehicle, beside a log",
+        Kind::Mapping => "a column mapping, not a log: give it beside a log",
+        Kind::Topside => "a configuration of topside, not a log",
+        Kind::Scenario => "a scenario, not a log",
+        Kind::Mission => "a mission, not a log",
+        Kind::Vehicle => "a vehicle file, not a log: give it beside a log",
     })
 }
 

@@ -100,7 +100,7 @@ pub enum BackseatError {
         error: io::Error,
     },
     /// Only the app in this process can be reset by a scenario.
-    #[error("the scenario resets the board, which works with `--backseat host` only")]
+    #[error("the scenario resets the board, which the backseat `host` alone lets it")]
     CannotReset,
     /// The session log could not be written.
     #[error(transparent)]

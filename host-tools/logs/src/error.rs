@@ -3,6 +3,16 @@
 use std::fmt::{self, Write};
 use std::path::{Path, PathBuf};
 
+/// A message with the first of these hints whose words stand in it. Errors say what is wrong and what is needed; how that
+/// is given (an option, an argument) says whoever shows them.
+#[must_use]
+pub fn with_hint(message: String, hints: &[(&str, &str)]) -> String {
+    match hints.iter().find(|(words, _)| message.contains(words)) {
+        Some((_, hint)) => format!("{message} ({hint})"),
+        None => message,
+    }
+}
+
 /// What was wrong with a file, in one line.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub struct DataError {

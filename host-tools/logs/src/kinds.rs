@@ -14,7 +14,7 @@ const ARCHIVE: (&str, &str) = ("an archive", "unpack it and give the log in it")
 const PROGRAM: (&str, &str) = ("a program", "give the log that it wrote");
 const DATA: (&str, &str) = (
     "a container of arrays (HDF5 or NetCDF)",
-    "export its channels as CSV, one row a time, and `backseat map` the table",
+    "export its channels as CSV, one row a time; the table needs a mapping of its columns",
 );
 
 /// What a file begins with: at which byte, with what.

@@ -19,7 +19,7 @@ pub mod stats;
 pub mod textbook;
 pub mod vehicle_file;
 
-pub use error::DataError;
+pub use error::{DataError, with_hint};
 pub use log::{Column, Log, LogRow, LogWriter, STATE_COLUMNS, Truth, TruthRow, TruthWriter};
 pub use short_runs::ShortRuns;
 pub use vehicle_file::{BoardFile, BoardParameter, VehicleEffects, VehicleFile, parameters_page};

@@ -19,7 +19,7 @@ pub enum Existing {
 /// If the file exists.
 pub fn check(path: &Path, existing: Existing) -> Result<(), DataError> {
     if existing == Existing::Keep && path.exists() {
-        return Err(DataError::file(path, "exists already; use --force to replace it"));
+        return Err(DataError::file(path, "exists already"));
     }
     Ok(())
 }
@@ -64,7 +64,7 @@ mod tests {
         let path = folder.path().join("result.txt");
         write(&path, Existing::Keep, |w| w.write_all(b"first")).unwrap();
         let refused = write(&path, Existing::Keep, |w| w.write_all(b"second")).unwrap_err();
-        assert!(refused.to_string().contains("--force"));
+        assert!(refused.to_string().contains("exists already"));
         write(&path, Existing::Replace, |w| w.write_all(b"third")).unwrap();
         let broken = write(&path, Existing::Replace, |w| {
             w.write_all(b"half")?;

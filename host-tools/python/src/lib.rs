@@ -12,13 +12,23 @@ mod navigate;
 mod simulate;
 mod vehicle;
 
+use backseat_logs::with_hint;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use std::path::PathBuf;
 
+/// Words of an error, and what to do about it here.
+const HINTS: [(&str, &str); 5] = [
+    ("exists already", "force=True replaces it"),
+    (" does not fly: ", "Vehicle.check says more, force=True flies it"),
+    ("a scenario, not a log", "simulate flies it and writes one"),
+    ("needs a mapping of its columns", "backseat.map drafts one, read(table, mapping) reads by it"),
+    ("without the latitude and longitude of their origin", "origin_deg states that of the vehicle's log"),
+];
+
 /// The error of a command as Python's.
 fn error(error: impl Into<anyhow::Error>) -> PyErr {
-    PyValueError::new_err(format!("{:#}", error.into()))
+    PyValueError::new_err(with_hint(format!("{:#}", error.into()), &HINTS))
 }
 
 /// A draft of the column mapping of another maker's table: its report as a JSON object.

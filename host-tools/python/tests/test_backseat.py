@@ -190,6 +190,8 @@ class Vehicles(unittest.TestCase):
 
 class WrongInput(unittest.TestCase):
     def test_errors_say_what_is_wrong(self):
+        scenario = ROOT / "hil-sim/scenarios/survey.toml"
+        light = backseat.Vehicle().replace({"vehicle.displaced_mass_kg": 60.0})
         for call, message in [
             (lambda: backseat.Log.from_columns({"depth_m": [1.0]}), "no column t_s"),
             (lambda: backseat.Log.from_columns({"t_s": [0.0], "depth_ft": [1.0]}), "depth_ft: a vehicle log has no such"),
@@ -201,9 +203,19 @@ class WrongInput(unittest.TestCase):
             (lambda: backseat.Vehicle().replace({"vehicle.mass": 1.0}), "vehicle.mass"),
             (lambda: backseat.Vehicle().replace({"vehicle.mass_kg": -1.0}), "mass_kg"),
             (lambda: backseat.simulate(effects=["gremlins"]), "gremlins"),
+            (lambda: backseat.simulate(minutes=-1), "minutes -1: expected a positive number"),
+            (lambda: backseat.identify(DIVE, current_mps=(0.1,)), "expected two numbers, north and east"),
+            (lambda: backseat.read(SAMPLES / "other_maker.csv.gz"), "a mapping of its columns .backseat.map drafts one"),
+            (lambda: backseat.read(scenario), "a scenario, not a log .simulate flies it"),
+            (lambda: backseat.map(SAMPLES / "trial_modem.log"), "needs no mapping of its columns"),
+            (lambda: backseat.navigate(DIVE, terms=scenario), "unknown field"),
+            (lambda: backseat.navigate(TRIAL, ship=SAMPLES / "trial_ship.nmea.gz"), "origin_deg states that"),
+            (lambda: backseat.navigate(IVER, model="nominal"), "the kinematic model does not"),
+            (lambda: backseat.simulate(vehicle=light), "does not fly: .*force=True flies it"),
         ]:
-            with self.assertRaisesRegex(ValueError, message):
+            with self.assertRaisesRegex(ValueError, message) as raised:
                 call()
+            self.assertNotRegex(str(raised.exception), r"--[a-z]|\bbackseat [a-z]", "the command line's words")
         for call in (lambda: backseat.read("no_such.csv"), lambda: backseat.navigate("no_such.csv"), lambda: backseat.map("no_such.csv")):
             with self.assertRaisesRegex(FileNotFoundError, "no_such.csv"):
                 call()

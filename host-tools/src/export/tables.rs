@@ -37,7 +37,7 @@ impl Tables {
         let paths = FILES.map(|name| folder.join(name));
         let taken = paths.iter().find(|path| path.exists() && !force);
         if let Some(path) = taken {
-            anyhow::bail!("{}: exists already; use --force to replace it", path.display());
+            anyhow::bail!("{}: exists already", path.display());
         }
         for path in paths.iter().filter(|path| path.exists()) {
             fs::remove_file(path).with_context(|| path.display().to_string())?;

@@ -103,7 +103,7 @@ fn what_is_no_log_is_told() {
         ("chart.png", "a picture"),
         ("report.pdf", "a document"),
         ("logs.zip", "an archive"),
-        ("survey.toml", "a scenario, not a log: `backseat sim run FILE` flies it"),
+        ("survey.toml", "a scenario, not a log (`backseat sim run FILE` flies it"),
     ] {
         for command in ["info", "map", "navigate", "identify", "diagnose"] {
             if file == "survey.toml" && ["info", "map"].contains(&command) {

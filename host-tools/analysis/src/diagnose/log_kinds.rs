@@ -84,7 +84,7 @@ pub(super) fn run(
     if let Some(kind) = more.iter().chain(&KINDS).find(|kind| (kind.is_for)(raw)) {
         if truth.is_some() {
             bail!(
-                "--truth cannot be used with {}, whose errors are computed from the log itself: leave it out",
+                "a truth cannot be used with {}, whose errors are computed from the log itself: leave it out",
                 kind.what
             );
         }

@@ -91,10 +91,7 @@ impl Terms {
         let text = backseat_logs::settings::read(path)?;
         let terms: Self = toml::from_str(&text).with_context(|| path.display().to_string())?;
         if terms.is_empty() {
-            bail!(
-                "{}: no [[term]] and no [[effect]]; expected a file that `backseat diagnose --report DIR` wrote",
-                path.display()
-            );
+            bail!("{}: no [[term]] and no [[effect]]; expected a file of terms that a diagnosis wrote", path.display());
         }
         terms.known().with_context(|| path.display().to_string())?;
         terms.effects().with_context(|| path.display().to_string())?;
@@ -108,7 +105,7 @@ impl Terms {
             let with = effects.with(&found.name, &found.values).ok().filter(|_| is_known);
             with.ok_or_else(|| {
                 anyhow!(
-                    "effect {}: no such effect of readings with {} numbers; expected one that `diagnose` wrote",
+                    "effect {}: no such effect of readings with {} numbers; expected one that a diagnosis wrote",
                     found.name,
                     found.values.len()
                 )
@@ -123,7 +120,7 @@ impl Terms {
             .map(|term| {
                 let found = GenericTerm::find(&term.adds_to, &term.times).ok_or_else(|| {
                     anyhow!(
-                        "term {} times {}: no such term; expected one that `diagnose` wrote",
+                        "term {} times {}: no such term; expected one that a diagnosis wrote",
                         term.adds_to,
                         term.times
                     )

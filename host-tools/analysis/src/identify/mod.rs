@@ -229,10 +229,12 @@ fn input_timing(
 fn effects(declared: &VehicleFile, current: &[f64]) -> anyhow::Result<EffectSet> {
     match current {
         [] => Ok(declared.effects.set),
-        [north, east] if north.is_finite() && east.is_finite() => {
-            declared.effects.set.with(water_current::INFO.name, current).map_err(|error| anyhow!("--current: {error}"))
-        }
-        _ => bail!("--current takes two numbers, north and east in m/s"),
+        [north, east] if north.is_finite() && east.is_finite() => declared
+            .effects
+            .set
+            .with(water_current::INFO.name, current)
+            .map_err(|error| anyhow!("water current: {error}")),
+        _ => bail!("water current: expected two numbers, north and east in m/s"),
     }
 }
 

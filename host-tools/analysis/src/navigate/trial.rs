@@ -103,8 +103,7 @@ fn beside(log: &Log, other: &Log, path: &Path, is_ship: bool) -> anyhow::Result<
     let placed = |log: &Log, path: &Path| match log.origin_deg {
         Some(origin_deg) => Ok(origin_deg),
         None => bail!(
-            "{}: positions in metres without the latitude and longitude of their origin: nothing can be joined to it by place \
-             (--origin states that of the vehicle's log)",
+            "{}: positions in metres without the latitude and longitude of their origin: nothing can be joined to it by place",
             path.display()
         ),
     };

@@ -82,10 +82,7 @@ pub fn fly(
     if !options.force
         && let Some(reason) = unflyable(&scenario.vehicle)?
     {
-        bail!(
-            "vehicle {} does not fly: {reason} (`backseat vehicle check` says more, --force flies it)",
-            scenario.vehicle.name
-        );
+        bail!("vehicle {} does not fly: {reason}", scenario.vehicle.name);
     }
     let values = flight::board_parameters(&scenario);
     for sentence in
@@ -122,7 +119,7 @@ pub fn fly(
     let flight = if !others.is_empty() {
         let end = end.filter(|_| !options.realtime);
         let end = end.context(
-            "a companion flies in lock-step with topside on the ship alone: leave --realtime and --topside out",
+            "a companion flies in lock-step with topside on the ship alone: neither in real time nor without it",
         )?;
         let mut beside = Vec::new();
         for number in 1..=others.len() {
@@ -188,7 +185,7 @@ fn load(options: &Options) -> anyhow::Result<Scenario> {
     }
     if let Some(minutes) = options.minutes {
         if !(minutes > 0.0 && minutes.is_finite()) {
-            bail!("--minutes {minutes}: expected a positive number");
+            bail!("minutes {minutes}: expected a positive number");
         }
         scenario.settings.duration_s = scenario.settings.duration_s.min(minutes * 60.0);
     }
@@ -209,7 +206,7 @@ fn folder(options: &Options, scenario: &Scenario) -> anyhow::Result<PathBuf> {
         }
     };
     if folder.join("log.csv").exists() {
-        bail!("{}: this folder holds a flight already; choose another with --out", folder.display());
+        bail!("{}: this folder holds a flight already; choose another", folder.display());
     }
     std::fs::create_dir_all(&folder).with_context(|| folder.display().to_string())?;
     Ok(folder)

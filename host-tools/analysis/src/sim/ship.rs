@@ -58,17 +58,17 @@ pub fn start(
             return Ok(None);
         }
         (Some(_), Some(fault)) => {
-            bail!("--topside: the fault {fault} is one of the vehicle's modem when it plays the ship's part: `off`")
+            bail!("topside: the fault {fault} is one of the vehicle's modem when it plays the ship's part: `off`")
         }
         (kind, None) => kind.unwrap_or(usual),
     };
     let config = ship_end::config(scenario)
-        .map_err(|error| anyhow!("{name}: acoustics: {error} (`--topside off` flies without topside)"))?;
+        .map_err(|error| anyhow!("{name}: acoustics: {error}; topside `off` flies without it"))?;
     if kind == TopsideKind::Process {
         return Ok(Some(Box::new(process(realtime, scenario, &config, folder, say)?)));
     }
     if realtime {
-        bail!("--topside library: it has no clock of its own; `process` flies in real time");
+        bail!("topside `library` has no clock of its own; `process` flies in real time");
     }
     Ok(Some(Box::new(InProcess::new(Topside::new(config)?))))
 }

@@ -127,8 +127,7 @@ pub fn diagnose(
     let used = selected.fit.runs();
     if used.len() < FEWEST_RUNS {
         return Err(format!(
-            "{} run{} with 3 s deeper than 0.5 m at speed: what is common to runs shows in {FEWEST_RUNS} and more; `--predict` \
-             judges a vehicle file on any number",
+            "{} run{} with 3 s deeper than 0.5 m at speed: what is common to runs shows in {FEWEST_RUNS} and more",
             used.len(),
             if used.len() == 1 { "" } else { "s" }
         ));
@@ -216,7 +215,7 @@ pub fn diagnose(
         .collect();
     let draft = flying.draft();
     if let Some(name) = draft.outside() {
-        return Err(format!("{name} ends on the limit of its range: no answer; give a closer --vehicle"));
+        return Err(format!("{name} ends on the limit of its range: no answer; give a closer vehicle"));
     }
     let of_others = |run: usize| base.with(&flying.problem.unknowns, &flying.fit.without(run));
     let without = (0..runs.len()).map(of_others).collect();

@@ -147,7 +147,7 @@ impl<'a> Pass<'a> {
             if let Some(column) = missing {
                 let name = column.name();
                 return Err(fail(format!(
-                    "the dynamic model needs {name}, which has no samples; use --model kinematic"
+                    "the dynamic model needs {name}, which has no samples; the kinematic model does not"
                 )));
             }
         }

@@ -121,7 +121,7 @@ fn other_than_table(path: &Path) -> Result<Option<(&'static str, Reader)>, DataE
     }
     let beginning = beginning(path)?;
     if is_bag(&beginning) == Some(false) {
-        let message = "a session, not a table: first `backseat export FILE --csv DIR`, then DIR/vehicle_log.csv";
+        let message = "a session, not a table: export it as CSV, and give the vehicle_log.csv of that";
         return Err(DataError::file(path, message));
     }
     if ros_bag::is_any_bag(path, &beginning) {
@@ -157,7 +157,7 @@ fn unmapped(
     read: fn(&Path) -> Result<Imported, DataError>,
 ) -> Result<Imported, DataError> {
     match map {
-        Some(_) => Err(DataError::file(path, "its numbers have fixed meanings: leave --columns out")),
+        Some(_) => Err(DataError::file(path, "its numbers have fixed meanings: it takes no mapping of columns")),
         None => read(path),
     }
 }

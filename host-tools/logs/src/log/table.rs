@@ -267,7 +267,7 @@ fn bind(path: &Path, header: &ByteRecord, table: &Table<'_>) -> Result<Bindings,
         return Err(fail(
             0,
             format!(
-                "no column t_s (time in seconds); found: {found}{separated}; `backseat map` drafts a mapping of other tables"
+                "no column t_s (time in seconds); found: {found}{separated}; another maker's table needs a mapping of its columns"
             ),
         ));
     }

@@ -223,7 +223,7 @@ fn bad_input_ends_in_one_clear_line() {
     assert!(line.contains("/dev/null") && code == Some(1), "{line}");
 
     let (line, code) = complaint(&backseat(&["sim", "run", "--minutes", "-3"]));
-    assert!(line.contains("--minutes") && code.is_some_and(|code| code > 0), "{line}");
+    assert!(line.contains("minutes -3: expected a positive number") && code.is_some_and(|code| code > 0), "{line}");
 
     // Wrong usage is refused by the parser of the command line.
     assert_eq!(backseat(&["sim", "run", "--no-such-flag"]).code, Some(2));

@@ -48,7 +48,7 @@ pub fn draft(path: &Path) -> Result<Draft, DataError> {
 
 fn draft_of(path: &Path) -> Result<Draft, DataError> {
     if let Some((name, _)) = super::other_than_table(path)? {
-        let message = format!("{name}: needs no mapping, every command reads it (`backseat info` says what it holds)");
+        let message = format!("{name}: needs no mapping of its columns, it is read as it is");
         return Err(DataError::file(path, message));
     }
     super::check_text(path, &super::header(path)?)?;
