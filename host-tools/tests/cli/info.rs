@@ -244,7 +244,7 @@ fn a_remark_is_said_once_and_not_under_quiet() {
     for k in 0..600 {
         let (t, angle) = (0.1 * f64::from(k), 0.01 * f64::from(k).sin());
         let speed = 1.0 + 0.01 * f64::from(k / 10 % 7);
-        writeln!(table, "{t:.1},0.1,{angle},{angle},{angle},{speed},{t},0").unwrap();
+        writeln!(table, "{t:.1},{},{angle},{angle},{angle},{speed},{t},0", 0.1 + angle).unwrap();
     }
     std::fs::write(folder.path().join("log.csv"), table).unwrap();
     for (options, times) in [(&[][..], 1), (&["--quiet"][..], 0)] {

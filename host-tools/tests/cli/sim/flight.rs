@@ -182,10 +182,9 @@ fn a_mission_that_is_stopped_is_said_to_be() {
     let (_, rest) = aside.split_once("mission start ").unwrap();
     let stopped = program(at, ["mission", "stop", rest.split_once(',').unwrap().0]).good("mission stop");
     assert!(stopped.starts_with("stopped: ") && stopped.contains("Stopped)"), "{stopped}");
-    let ended = child.wait_with_output().unwrap();
-    let printed = text(&ended.stdout).split_whitespace().collect::<Vec<_>>().join(" ");
-    assert_eq!(ended.status.code(), Some(0), "{printed}");
-    assert!(printed.contains("The mission was not flown to its end"), "{printed}");
+    // its exit code is that of a computer too busy for real time, if this one is
+    let printed = text(&child.wait_with_output().unwrap().stdout);
+    assert!(printed.contains("mission not finished: ") && !printed.contains("GIVEN UP"), "{printed}");
 }
 
 #[test]
