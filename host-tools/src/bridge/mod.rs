@@ -298,9 +298,9 @@ impl Course {
         decoding: &mut Decoding,
         entry: &Entry,
         setting: Setting,
+        arrived: Instant,
         sides: &mut Sides,
     ) -> anyhow::Result<()> {
-        let arrived = Instant::now();
         let mut outcome = Ok(());
         decoding.take(entry, &mut |found| {
             self.records += u64::from(matches!(found.what, What::Telemetry(_)));
@@ -334,6 +334,7 @@ fn live(args: &Args, course: &mut Course) -> anyhow::Result<Sides> {
         let now_us = u64::try_from(course.begun.elapsed().as_micros()).unwrap_or(u64::MAX);
         let mut bytes = Vec::new();
         let heard = link.poll(now_us, &mut bytes);
+        let arrived = Instant::now();
         model.receive(now_us, &bytes);
         let asked = model.question(now_us).and_then(|question| link.send(now_us, &question));
         for news in [heard, asked].into_iter().flatten() {
@@ -348,7 +349,7 @@ fn live(args: &Args, course: &mut Course) -> anyhow::Result<Sides> {
         }
         let setting = model.settings().unwrap_or_else(|| decoding.settings()).into();
         let entry = Entry { time_us: model.board_us(now_us), event: Event::Sent { port: Port::Host, bytes } };
-        course.pass(&mut decoding, &entry, setting, &mut sides)?;
+        course.pass(&mut decoding, &entry, setting, arrived, &mut sides)?;
         sides.attend(now().as_secs_f64());
         std::thread::sleep(POLL);
     }
@@ -370,7 +371,7 @@ fn play(args: &Args, session: &Path, course: &mut Course) -> anyhow::Result<Side
             return Ok(()); // what is left is read and not published
         }
         let setting = decoding.settings().into();
-        course.pass(decoding, entry, setting, &mut sides)
+        course.pass(decoding, entry, setting, Instant::now(), &mut sides)
     })?;
     Ok(sides)
 }
