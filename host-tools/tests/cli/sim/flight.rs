@@ -162,6 +162,7 @@ fn an_interrupted_flight_leaves_a_readable_log() {
 
 /// The ports stay open until whoever stopped the mission has heard it; the flight ends unfinished, not given up.
 #[test]
+#[ignore = "in real time: .ci/nightly"]
 fn a_mission_that_is_stopped_is_said_to_be() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
@@ -174,7 +175,7 @@ fn a_mission_that_is_stopped_is_said_to_be() {
     wait_for("way on", || {
         assert_eq!(child.try_wait().unwrap(), None, "it goes on");
         match Log::read(&at.join("flight/log.csv")) {
-            Ok(log) if log.column(Column::PropRpm).any(|(_, rpm)| rpm > 0.0) => Ok(()),
+            Ok(log) if log.column(Column::PropRpm).filter(|(_, rpm)| *rpm > 0.0).count() > 20 => Ok(()), // two seconds
             other => Err(format!("{:?}", other.map(|log| log.duration_s()))),
         }
     });
