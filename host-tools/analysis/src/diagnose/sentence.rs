@@ -9,6 +9,7 @@ use backseat_diagnose::samples::ResidualChannel;
 use backseat_diagnose::scores::{PREDICTED, Scores, VELOCITY_HORIZON};
 use backseat_diagnose::verdict::Verdict;
 use backseat_logs::Column;
+use std::path::Path;
 
 /// Effects in words; `{name}` is the value of that parameter, a fin by its name. What is not here is listed by its
 /// names.
@@ -253,15 +254,29 @@ pub fn next(result: &DiagnosisResult<'_>, files: &Files<'_>) -> (String, String)
             "the vehicle file with what was found in it".to_owned(),
         ),
         (None, _) => (
-            format!("backseat diagnose {log}{read}{beside}{vehicle}{judge} --report why"),
+            format!("backseat diagnose {log}{read}{beside}{vehicle}{judge} --report {}", free_folder(Path::new("."))),
             "writes the report and the corrected vehicle".to_owned(),
         ),
     }
 }
 
+/// `why`, `why2`, ...: the first that a report of another log in the same place did not take.
+fn free_folder(place: &Path) -> String {
+    let names = std::iter::once("why".to_owned()).chain((2..100).map(|n| format!("why{n}")));
+    names.into_iter().find(|name| !place.join(name).exists()).unwrap_or_else(|| "why".to_owned())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_report_is_sent_where_none_is() {
+        let place = tempfile::tempdir().unwrap();
+        assert_eq!(free_folder(place.path()), "why");
+        std::fs::create_dir(place.path().join("why")).unwrap();
+        assert_eq!(free_folder(place.path()), "why2");
+    }
 
     #[test]
     fn values_are_in_degrees_and_to_the_digits_that_matter() {
