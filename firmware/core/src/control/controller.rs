@@ -88,7 +88,8 @@ impl Controller {
         config.validate()?;
         self.lqr.configure(model, &config.lqr, config.cruise_speed_mps)?;
         self.limiter.set_limits(config.limits.within(model.parameters()));
-        self.config = *config;
+        let speed = config.speed.for_vehicle(model.parameters(), config.cruise_speed_mps);
+        self.config = ControlConfig { speed, ..*config };
         self.model = Some(model.clone());
         self.broken = None;
         Ok(())

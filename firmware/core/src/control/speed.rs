@@ -1,6 +1,6 @@
 //! Speed law with drag feed-forward (3.34) corrected.
 
-use crate::dynamics::{ActuatorInput, Propeller, VehicleModel};
+use crate::dynamics::{ActuatorInput, Propeller, VehicleModel, VehicleParameters};
 use crate::state::{self, VehicleState};
 
 /// Gains of the speed law.
@@ -15,6 +15,20 @@ pub struct SpeedGains {
 impl SpeedGains {
     /// Time constant m11/Kp of 2 s; three times the thrust of 1 m/s.
     pub const DEFAULT: Self = Self { kp_u: 20.0, thrust_max_n: 12.0 };
+
+    /// The gains for a vehicle that is heavier, or faster at `cruise_speed_mps`, than the one they were declared for: Kp at
+    /// least m11 / 2 s, the largest thrust at least four times the drag in surge.
+    #[must_use]
+    pub fn for_vehicle(&self, vehicle: &VehicleParameters, cruise_speed_mps: f64) -> Self {
+        const TIME_CONSTANT_S: f64 = 2.0;
+        const THRUST_OVER_DRAG: f64 = 4.0;
+        let u = cruise_speed_mps.max(1.0);
+        let drag_n = (vehicle.quadratic_diag[0] * u + vehicle.linear_surge_ns_per_m) * u;
+        Self {
+            kp_u: self.kp_u.max(vehicle.m_diag[0] / TIME_CONSTANT_S),
+            thrust_max_n: self.thrust_max_n.max(THRUST_OVER_DRAG * drag_n),
+        }
+    }
 
     /// F = Kp (u_d − u) + (C v + D v)_x − fins_x − restoring_x, N, between zero and the largest thrust.
     ///

@@ -66,8 +66,10 @@ pub fn sentence(result: &DiagnosisResult<'_>) -> String {
         Verdict::Implausible => {
             let beyond = d.remaining.iter().filter(|remaining| remaining.is_beyond()).map(Remaining::describe);
             let left = beyond.collect::<Vec<_>>().join(", ");
+            let term = d.structure.hints.first().map(|hint| format!(" ({} takes part of it)", hint.generic.name()));
+            let term = term.unwrap_or_default();
             let what =
-                format!("not to be believed: there is left a {left}; a column's sign, unit or time may be wrong");
+                format!("not to be believed: there is left a {left}{term}; a column's sign, unit or time may be wrong");
             std::iter::once(what).chain((!found.is_empty()).then_some(found)).collect()
         }
         Verdict::Undecided => {

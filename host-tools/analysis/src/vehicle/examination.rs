@@ -3,7 +3,6 @@
 use super::flight::{self, ShortFlight};
 use super::manoeuvres::{self, Cruise, Dive, Turn};
 use super::stability::{self, Mode};
-use backseat_core::control::speed::SpeedGains;
 use backseat_core::control::trim::Trim;
 use backseat_core::dynamics::{VehicleModel, VehicleParameters};
 use backseat_logs::{VehicleFile, data_sheets};
@@ -334,15 +333,6 @@ fn flight_misfit(p: &VehicleParameters, model: &VehicleModel, flight: &ShortFlig
             trim.pitch_rad.to_degrees().abs()
         );
     }
-    let most_n = SpeedGains::DEFAULT.thrust_max_n;
-    if trim.thrust_n > most_n && speed_mps < 0.9 * wanted_mps {
-        key = "drag.quadratic_diag";
-        found += &format!(
-            "; {wanted_mps} m/s takes {:.0} N of thrust, and the backseat's steering, made for vehicles of an Iver3's size, \
-             asks for {most_n} N at most",
-            trim.thrust_n
-        );
-    }
     misfit(key, found)
 }
 
@@ -409,6 +399,12 @@ mod tests {
     }
 
     #[test]
+    fn five_times_the_mass_flies() {
+        let sizes = textbook::Sizes { length_m: Some(3.2), diameter_m: Some(0.3), mass_kg: Some(190.0) };
+        assert_eq!(unflyable(&sizes.scale(&VehicleFile::reference())).unwrap(), None);
+    }
+
+    #[test]
     fn vehicles_that_cannot_fly_are_named() {
         let of = |change: &dyn Fn(&mut VehicleParameters)| {
             let mut file = VehicleFile::reference();
@@ -424,7 +420,7 @@ mod tests {
         assert!(strong.starts_with("propeller.beta5_n_s2_per_rad2: top speed 18.8 m/s"), "{strong}");
         let large = textbook::Sizes { length_m: Some(5.5), diameter_m: Some(0.5), mass_kg: Some(1000.0) };
         let large = unflyable(&large.scale(&VehicleFile::reference())).unwrap().unwrap_or_default();
-        assert!(large.contains("+38.7 N of buoyancy") && large.contains("takes 41 N of thrust"), "{large}");
+        assert!(large.contains("+38.7 N of buoyancy"), "{large}");
         let bow = of(&|p| p.fins.iter_mut().for_each(|fin| fin.cp_m[0] = 0.85));
         assert!(bow.starts_with("fins.cp_m: the fins stand 0.85 m ahead"), "{bow}");
     }

@@ -28,7 +28,7 @@ const FIRST_SEED: u64 = 10_000;
 /// The only study of its file.
 const STUDY: &str = "";
 /// Version of the study: results of other versions are not mixed in. Raise it whenever a verdict may change.
-const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), "-12");
+const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), "-13");
 
 const EXAMPLES: &str = "\
 Examples:

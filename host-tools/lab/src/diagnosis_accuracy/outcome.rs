@@ -56,7 +56,7 @@ impl DiagnosedLog {
         let is_listed = self.found.iter().flat_map(|found| &found.ambiguous_with).any(|label| effect_of(label) == own);
         let answer = match self.verdict.as_str() {
             "none" => Answer::Nothing,
-            "unexplained" | "implausible" | "undecided" => Answer::Unexplained,
+            _ if self.is_left_open() => Answer::Unexplained,
             "ambiguous" if place.is_some() || is_listed => Answer::Listed,
             "explained" if place.is_some() => Answer::Named,
             _ => Answer::Other,
@@ -68,6 +68,11 @@ impl DiagnosedLog {
             first: place.is_some_and(|place| place == 0 || matches!(self.class, Class::Pair | Class::Triple)),
             separability: self.separability.iter().find(|of| of.effect == own),
         }
+    }
+
+    /// Whether the log is said not to be explained, in one of the three words for it.
+    pub fn is_left_open(&self) -> bool {
+        matches!(self.verdict.as_str(), "unexplained" | "implausible" | "undecided")
     }
 
     /// Whether held-out errors of the declared model are a fifth above those of the same log without the effect:

@@ -158,8 +158,8 @@ fn ready(data: &Dataset, spec: &Spec) -> anyhow::Result<PreparedLog> {
 }
 
 fn hint(d: &Diagnosis) -> Option<String> {
-    let first = d.structure.hints.first().filter(|_| d.verdict == Verdict::Unexplained);
-    first.map(|hint| hint.generic.name())
+    let is_shown = matches!(d.verdict, Verdict::Unexplained | Verdict::Implausible);
+    d.structure.hints.first().filter(|_| is_shown).map(|hint| hint.generic.name())
 }
 
 impl Injected {

@@ -8,7 +8,7 @@ use backseat_core::control::limits::{ActuatorLimits, Limiter};
 use backseat_core::control::mission::{
     Lawnmower, MAX_WAYPOINTS, Mission, MissionError, MissionStatus, Progress, Waypoint,
 };
-use backseat_core::control::speed::propeller_radps;
+use backseat_core::control::speed::{SpeedGains, propeller_radps};
 use backseat_core::control::{AllocationMethod, ControlConfig, ControlLaw, Controller};
 use backseat_core::dynamics::{ActuatorInput, Propeller, VehicleModel, VehicleParameters};
 use backseat_core::state::{self, VehicleState};
@@ -278,4 +278,14 @@ fn val_the_partner_of_a_lost_fin_gives_the_force_alone() {
     let mut model = model();
     model.set_fin_effectiveness(&[f64::NAN, -1.0, 0.5, 3.0]);
     assert_eq!(model.fin_effectiveness(), [1.0, 1.0, 0.5, 1.0]);
+}
+
+#[test]
+fn the_speed_law_grows_with_the_vehicle() {
+    let reference = VehicleParameters::IVER3;
+    assert_eq!(SpeedGains::DEFAULT.for_vehicle(&reference, 1.0), SpeedGains::DEFAULT);
+    let mut heavy = reference;
+    heavy.m_diag[0] = 900.0;
+    heavy.quadratic_diag[0] = 40.0;
+    assert_eq!(SpeedGains::DEFAULT.for_vehicle(&heavy, 1.5), SpeedGains { kp_u: 450.0, thrust_max_n: 360.0 });
 }
