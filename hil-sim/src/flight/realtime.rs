@@ -7,7 +7,7 @@ use crate::scenario::Scenario;
 use crate::ship_end::{Craft, ShipEnd};
 use crate::world::World;
 use backseat_link::{BackseatError, Client, Ports, ReportedFusion};
-use backseat_wire::hostlink::{FromBoard, Port, Telemetry};
+use backseat_wire::hostlink::{FromBoard, ModeReason, Port, Telemetry};
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::sleep;
@@ -88,7 +88,8 @@ pub fn fly_realtime<P: Ports>(
             _ => {}
         })?;
         let Some(telemetry) = latest.filter(|_| !recorder.flight.finished) else { continue };
-        let has_ended = under_way && telemetry.leg.is_none();
+        // Stopped before its first leg it was never under way.
+        let has_ended = (under_way || telemetry.reason == ModeReason::Stopped) && telemetry.leg.is_none();
         recorder.flight.finished =
             has_ended && (start == Start::AtOnce || is_at_the_end(scenario, &world.truth().state));
         under_way = telemetry.leg.is_some() || (under_way && start == Start::AtOnce);
