@@ -112,11 +112,19 @@ fn select(
     let mut log = FullLog { log_data, noise_effects: Vec::new() };
     let mut selected = log.select(progress)?;
     if !log.log_data.is_noise_estimated && coloured_noise::is_suspected(log.log_data, &selected.fit.pass) {
-        progress("noise that lasts");
-        let log_data = &mut *log.log_data;
-        log_data.is_noise_estimated = true;
-        let noise = lasting_noise(log_data, &selected.accepted, &log.noise_effects)?;
-        if !noise.is_empty() {
+        log.log_data.is_noise_estimated = true;
+        // Noise that lasts is a hump in the spectrum of innovations, as waves are: waves are what stands beside it, and are
+        // then kept out of it.
+        let is_swell = has_waves(&log.noise_effects);
+        let declared = (log.log_data.own_scale, log.log_data.setup.colours.clone());
+        for is_swell_kept in [false, true] {
+            progress("noise that lasts");
+            let log_data = &mut *log.log_data;
+            (log_data.own_scale, log_data.setup.colours) = declared.clone();
+            let noise = lasting_noise(log_data, &selected.accepted, is_swell_kept)?;
+            if noise.is_empty() {
+                break;
+            }
             log_data.setup.scale = log_data.own_scale;
             noise.iter().for_each(|noise| noise.apply(&mut log_data.setup));
             log_data.own_scale = log_data.setup.scale;
@@ -126,6 +134,9 @@ fn select(
                 log_data.declared = log_data.pass(&log_data.scope.declared, &[])?;
             }
             selected = log.select(progress)?;
+            if !is_swell || !has_waves(&log.noise_effects) {
+                break;
+            }
         }
     }
     let selected = selection::in_another_order(&mut log, selected, progress)?;
@@ -134,11 +145,9 @@ fn select(
 
 /// The noise that lasts, beside what was found and terms in no catalogue, so that it does not take up what is none; that of
 /// ranges and fixes beside that of the vehicle's own sensors.
-fn lasting_noise(log_data: &PreparedLog, beside: &[Instance], noise_effects: &[FoundEffect]) -> Option<Vec<Noise>> {
-    // Waves are an effect: they are not taken for noise of what they move.
-    let waves = noise_effects.iter().any(|found| found.instance.candidate.effect == "waves");
-    let kept: &[ResidualChannel] = if waves { &MOVED_BY_WAVES } else { &[] };
-    let left = structure::find(log_data, beside, waves)?;
+fn lasting_noise(log_data: &PreparedLog, beside: &[Instance], is_swell: bool) -> Option<Vec<Noise>> {
+    let kept: &[ResidualChannel] = if is_swell { &MOVED_BY_WAVES } else { &[] };
+    let left = structure::find(log_data, beside, is_swell)?;
     let mut found: Vec<Noise> = Vec::new();
     for sensors in &SENSORS {
         let mut first = log_data.first(sensors.longest_s)?;
@@ -147,6 +156,10 @@ fn lasting_noise(log_data: &PreparedLog, beside: &[Instance], noise_effects: &[F
         found.extend(coloured_noise::estimate(&first, &set_of(&first.scope.declared, beside), sensors, kept));
     }
     Some(found)
+}
+
+fn has_waves(noise_effects: &[FoundEffect]) -> bool {
+    noise_effects.iter().any(|found| found.instance.candidate.effect == "waves")
 }
 
 /// Channels that swing in waves.
@@ -197,7 +210,7 @@ fn once(log_data: &mut PreparedLog, mut progress: impl FnMut(&str)) -> Option<(D
         unfounded.push(refusal.note);
     };
     progress("structure");
-    let swell = noise_effects.iter().any(|found| found.instance.candidate.effect == "waves");
+    let swell = has_waves(&noise_effects);
     let against_declared = || if accepted.is_empty() { None } else { structure::find(log_data, &[], swell) };
     let ((left, against_declared), found) = rayon::join(
         || rayon::join(|| structure::find(log_data, &accepted, swell), against_declared),
