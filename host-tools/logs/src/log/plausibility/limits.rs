@@ -222,7 +222,30 @@ pub(super) fn time(log: &Log, columns: &[ColumnSummary]) -> Vec<Finding> {
             findings.push(Finding::remark(summary.column, message));
         }
     }
+    findings.extend(silence(log));
     findings
+}
+
+/// The longest time without any row, where rows are usually close.
+fn silence(log: &Log) -> Option<Finding> {
+    /// s; and so many times the median interval.
+    const LONGEST_SILENCE: [f64; 2] = [10.0, 20.0];
+    if !log.runs.is_empty() {
+        return None; // between runs nobody expects any
+    }
+    let intervals: Vec<f64> =
+        log.rows.windows(2).map(|pair| (pair[1].time_us - pair[0].time_us) as f64 * 1e-6).collect();
+    let (at, longest_s) = intervals.iter().copied().enumerate().max_by(|a, b| a.1.total_cmp(&b.1))?;
+    let median_s = percentile(&intervals, 0.5)?;
+    if longest_s <= LONGEST_SILENCE[0].max(LONGEST_SILENCE[1] * median_s) {
+        return None;
+    }
+    let from_s = log.rows[at].time_us as f64 * 1e-6;
+    let message = format!(
+        "no row for {longest_s:.0} s from {from_s:.0} s on: filters hold the last fins and propeller for so long, and their \
+         track behind it is not to be trusted; cut the log there"
+    );
+    Some(Finding::new(Severity::Remark, None, message))
 }
 
 /// Columns that are of use only together in one row.
