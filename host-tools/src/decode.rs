@@ -17,8 +17,8 @@ use backseat_logs::session::{Entry, Event};
 use backseat_logs::{Column, LogRow};
 use backseat_wire::calendar::DAY_US;
 use backseat_wire::hostlink::{
-    Decoder, Estimates, FromBoard, FusionTelemetry, Identification, ImageId, Mode, ModeReason, Naming, Port, Telemetry,
-    ToBoard,
+    Crash, Decoder, Estimates, FromBoard, FusionTelemetry, Identification, ImageId, Mode, ModeReason, Naming, Port,
+    Restart, Telemetry, ToBoard,
 };
 
 /// A decoded record with its time by the log's clock.
@@ -90,6 +90,25 @@ pub struct Decoding {
     board: BoardRecords,
     /// Of the last start.
     image: Option<ImageId>,
+    crashes: Crashes,
+}
+
+/// What the board has told of crashes: each comes again with each answer to `Hello`.
+#[derive(Default)]
+struct Crashes {
+    told: Vec<Crash>,
+    /// A board's own log, which has them besides.
+    are_logged: bool,
+}
+
+impl Crashes {
+    fn is_new(&mut self, crash: &Crash) -> bool {
+        let is_new = !self.are_logged && !self.told.contains(crash);
+        if is_new {
+            self.told.push(*crash);
+        }
+        is_new
+    }
 }
 
 /// The board's last records.
@@ -120,6 +139,7 @@ impl Decoding {
             from_board: Decoder::new(),
             board: BoardRecords::default(),
             image: None,
+            crashes: Crashes::default(),
         }
     }
 
@@ -155,6 +175,7 @@ impl Decoding {
                 say(EventKind::Recorder, format!("the board's clock counts: {oscillator:?}"))
             }
             Event::Start { firmware, image, restart, .. } => {
+                self.crashes.are_logged = true;
                 let other = self.image.replace(*image).filter(|before| before != image);
                 let other = other.map_or(String::new(), |before| format!("; another image than before: {before}"));
                 let crash = restart.crash.map_or(String::new(), |crash| format!("; before: {crash}"));
@@ -253,6 +274,18 @@ impl Decoding {
                     if telemetry.utc_us != 0 {
                         self.clock = UtcClock::synchronised(time_us, telemetry.utc_us);
                     }
+                }
+                Ok(FromBoard::Hello { firmware, image, .. }) => {
+                    if self.image.replace(image) != Some(image) {
+                        let firmware = backseat_link::printable(firmware);
+                        out(Found { time_us, what: What::Event(EventKind::Start, format!("{firmware} ({image})")) });
+                    }
+                }
+                Ok(FromBoard::Restart(Restart { crash: Some(crash), .. })) if self.crashes.is_new(&crash) => {
+                    out(Found { time_us, what: What::Event(EventKind::Start, format!("before its start: {crash}")) });
+                }
+                Ok(FromBoard::EarlierCrash(crash)) if self.crashes.is_new(&crash.crash) => {
+                    out(Found { time_us, what: What::Event(EventKind::Start, format!("an earlier crash: {crash}")) });
                 }
                 Ok(FromBoard::Fusion(fusion)) => out(Found { time_us, what: What::Fusion(&fusion) }),
                 Ok(FromBoard::Identification(record)) => out(Found { time_us, what: What::Identification(&record) }),

@@ -88,7 +88,7 @@ fn json_of(board: &Board, images: &Images) -> serde_json::Value {
     let other = images.other.map(|StoredImage { image, starts, confirmed }| {
         json!({"build": format!("{:08x}", image.build), "bytes": image.length, "starts": starts, "confirmed": confirmed})
     });
-    let ImageId { build, crc, commit } = board.identity.image;
+    let ImageId { build, crc, commit, .. } = board.identity.image;
     json!({"build": format!("{build:08x}"), "crc": format!("{crc:08x}"), "commit": format!("{commit:08x}"), "firmware": board.identity.firmware,
            "trial_start": images.trial, "other": other})
 }

@@ -13,8 +13,8 @@ use crate::ring::Ring;
 use backseat_core::navigation::naming::Naming;
 use backseat_wire::Counts;
 use backseat_wire::hostlink::{
-    self, BoardLog, FittingReadings, FromBoard, Hardware, ImageId, Mode, ModeReason, Oscillator, Port, Refusal, Step,
-    StepDone, ToBoard,
+    self, BoardLog, FittingReadings, FromBoard, Hardware, ImageId, KeptCrash, Mode, ModeReason, Oscillator, Port,
+    Refusal, Step, StepDone, ToBoard,
 };
 #[cfg(feature = "static-filter")]
 use core::mem::offset_of;
@@ -68,6 +68,11 @@ impl App {
     #[must_use]
     pub fn image(&self) -> ImageId {
         self.backseat.host.image()
+    }
+
+    /// See [`Self::earlier_crashes`].
+    pub(crate) fn earlier(&self) -> &[KeptCrash] {
+        &self.backseat.host.earlier_crashes
     }
 
     /// Forgets everything but parameters and mission, as a power-up would.

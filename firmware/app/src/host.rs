@@ -3,8 +3,10 @@
 use crate::held::Held;
 use crate::mission::MissionTransfer;
 use crate::ring::Ring;
-use backseat_wire::hostlink::{FromBoard, ImageId, MAX_FRAME, Refusal, Restart, Signed, ToBoard, encode};
+use crate::store::{CRASHES, FINGERPRINT};
+use backseat_wire::hostlink::{FromBoard, ImageId, KeptCrash, MAX_FRAME, Refusal, Restart, Signed, ToBoard, encode};
 use backseat_wire::ship_state::Key;
+use heapless::Vec;
 
 /// Bytes that may wait for the host: some twenty steps of telemetry.
 pub const HOST_RING: usize = 8192;
@@ -50,6 +52,8 @@ pub struct Host {
     pub key_us: u64,
     /// Why the board started.
     pub last_restart: Held<Restart>,
+    /// Crashes before the last that no card has got, the oldest first.
+    pub earlier_crashes: Vec<KeptCrash, CRASHES>,
     /// Build ID and CRC-32 of the image that runs.
     pub build: u32,
     pub crc: u32,
@@ -72,6 +76,7 @@ impl Host {
             unlocked_us: 0,
             key_us: 0,
             last_restart: Held::none(),
+            earlier_crashes: Vec::new(),
             build: 0,
             crc: 0,
             challenge: 0,
@@ -82,7 +87,15 @@ impl Host {
 
     /// The image that runs.
     pub fn image(&self) -> ImageId {
-        ImageId { build: self.build, crc: self.crc, commit: COMMIT }
+        ImageId { build: self.build, crc: self.crc, commit: COMMIT, parameters: FINGERPRINT }
+    }
+
+    /// Why the board started, and what ended it before.
+    pub fn tell_start(&self, out: &mut Ring<HOST_RING>) {
+        if let Some(&restart) = self.last_restart.get() {
+            send(out, &FromBoard::Restart(restart));
+            self.earlier_crashes.iter().for_each(|crash| send(out, &FromBoard::EarlierCrash(*crash)));
+        }
     }
 
     /// What a message asks for, if its sender may ask for it. With a key, what changes a flight has to be signed; a

@@ -10,7 +10,7 @@ use crate::store::{Coasted, Navigation, Response, RestartRecord, coast_m};
 use crate::updates::Order;
 use backseat_core::parameters::joint_check;
 use backseat_core::state::{U, V, W, X, Y};
-use backseat_wire::hostlink::{FromBoard, Images, Refusal, ResetCause, Restart};
+use backseat_wire::hostlink::{FromBoard, Images, KeptCrash, Refusal, ResetCause, Restart};
 
 impl Backseat {
     /// Takes the set that a memory held; false when it is not valid as a whole and the old one stays.
@@ -74,12 +74,20 @@ impl App {
         }
     }
 
+    /// Crashes before the one that [`Self::resume`] tells, which no card has got yet, the oldest first; before it.
+    pub fn earlier_crashes(&mut self, crashes: &[KeptCrash]) {
+        let kept = &mut self.backseat.host.earlier_crashes;
+        kept.clear();
+        // there are as many places as a board keeps
+        let _ = kept.extend_from_slice(crashes);
+    }
+
     /// After the start of a board that knows why it was reset. Unless it begins as new, the
     /// frontseat gets neutral fins and stop with the first step.
     pub fn resume(&mut self, restart: Restart, response: &Response) {
         let backseat = &mut self.backseat;
         backseat.host.last_restart.set(restart);
-        send(&mut self.host_out, &FromBoard::Restart(restart));
+        backseat.host.tell_start(&mut self.host_out);
         match *response {
             Response::Fresh => return,
             Response::Resume { navigation, utc_us } => {

@@ -18,6 +18,9 @@ pub trait Recorder {
 pub fn record_start<R: Recorder>(recorder: &mut R, app: &App, restart: Restart, record: &[u8]) {
     let (firmware, image) = (env!("CARGO_PKG_VERSION"), app.image());
     recorder.record(&LogRecord::Start { firmware, parameter_schema: PARAMETER_SCHEMA, image, restart, record });
+    for crash in app.earlier() {
+        recorder.record(&LogRecord::EarlierCrash(*crash));
+    }
     for (first, parameters) in (0..).step_by(VALUES).zip(PARAMETERS.chunks(VALUES)) {
         let values = parameters.iter().map(|parameter| parameter.get(app.parameters())).collect();
         recorder.record(&LogRecord::Parameters { first, values });

@@ -107,8 +107,8 @@ pub fn answer(backseat: &mut Backseat, request: &ToBoard<'_>, trusted: bool, out
         }
     };
     send(out, &answer);
-    if let (ToBoard::Hello, Some(&restart)) = (request, backseat.host.last_restart.get()) {
-        send(out, &FromBoard::Restart(restart));
+    if matches!(request, ToBoard::Hello) {
+        backseat.host.tell_start(out);
     }
 }
 

@@ -7,7 +7,7 @@
 //! sees: handed to an app that starts from [`LogRecord::Start`] and [`LogRecord::Parameters`], they
 //! give the same digests again.
 
-use crate::hostlink::{FittingReadings, ImageId, Oscillator, Port, Restart};
+use crate::hostlink::{FittingReadings, ImageId, KeptCrash, Oscillator, Port, Restart};
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
@@ -86,6 +86,8 @@ pub enum LogRecord<'a> {
         /// What.
         readings: FittingReadings,
     },
+    /// After the start: an earlier crash that no card has got yet.
+    EarlierCrash(KeptCrash),
 }
 
 #[cfg(test)]
@@ -99,7 +101,7 @@ mod tests {
     fn records_come_back_and_a_cut_costs_the_last_one() {
         let bytes: StdVec<u8> = (0..=255).collect();
         let restart = Restart { cause: ResetCause::Watchdog, resets: 2, safe: false, crash: None };
-        let image = ImageId { build: 7, crc: 8, commit: 9 };
+        let image = ImageId { build: 7, crc: 8, commit: 9, parameters: 10 };
         let records = [
             LogRecord::Start { firmware: "backseat 0.1.0", parameter_schema: 1, image, restart, record: &[0; 112] },
             LogRecord::Parameters { first: 32, values: (0..VALUES).map(|i| i as f64 - 0.5).collect() },
@@ -113,6 +115,7 @@ mod tests {
                 time_us: 500_000,
                 readings: FittingReadings { leak: Some(true), supply_v: Some(22.5), ..Default::default() },
             },
+            LogRecord::EarlierCrash(KeptCrash { overwritten: 3, ..KeptCrash::default() }),
         ];
         let mut log = StdVec::new();
         for record in &records {

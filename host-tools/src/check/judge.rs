@@ -7,7 +7,8 @@ use backseat_link::board::{Declared, Identity};
 use backseat_logs::data_sheets;
 use backseat_wire::calendar::DateTime;
 use backseat_wire::hostlink::{
-    BoardLog, Hardware, Health, Images, LogState, Mode, ModeReason, Oscillator, Port, Restart, StoredImage, Telemetry,
+    BoardLog, Hardware, Health, Images, KeptCrash, LogState, Mode, ModeReason, Oscillator, Port, Restart, StoredImage,
+    Telemetry,
 };
 use std::time::Duration;
 
@@ -40,7 +41,10 @@ pub struct Look {
 
 /// Every check, in the order of a table.
 pub fn lines(look: &Look) -> Vec<CheckLine> {
-    let mut lines = vec![firmware(&look.identity), restart(look.identity.restart.as_ref()), telemetry(look)];
+    let Identity { restart: last, earlier_crashes, .. } = &look.identity;
+    let mut lines = vec![firmware(&look.identity), restart(last.as_ref())];
+    lines.extend(earlier(earlier_crashes));
+    lines.push(telemetry(look));
     lines.extend(look.images.as_ref().map(images));
     lines.extend(Port::DEVICES.map(|port| device(look, port)));
     lines.extend([
@@ -92,6 +96,12 @@ fn restart(restart: Option<&Restart>) -> CheckLine {
     let before = crash.map_or(String::new(), |crash| format!("; before it: {crash}"));
     let found = format!("{cause:?}; {resets} resets by a fault since power-on{barred}{before}");
     CheckLine::new(Verdict::of(*resets == 0 && !safe), "last start", found)
+}
+
+/// Crashes before the last, which the board keeps until a card has them.
+fn earlier(crashes: &[KeptCrash]) -> Option<CheckLine> {
+    let found: Vec<String> = crashes.iter().map(ToString::to_string).collect();
+    (!found.is_empty()).then(|| CheckLine::new(Verdict::Note, "earlier crashes", found.join("; ")))
 }
 
 fn telemetry(look: &Look) -> CheckLine {
@@ -241,6 +251,7 @@ fn hardware(look: &Look) -> CheckLine {
         wrong_bits: [mended, lost],
         longest_step_us,
         load_permille,
+        lost_edges,
         stacks,
     }) = look.counters.1.hardware
     else {
@@ -261,6 +272,9 @@ fn hardware(look: &Look) -> CheckLine {
     }
     if mended + lost > 0 {
         found.push(format!("wrong bits in memory: {mended} corrected, {lost} not"));
+    }
+    if lost_edges > 0 {
+        found.push(format!("{lost_edges} pulse edges too fast to be told apart"));
     }
     let verdict = match (supply_dips + lost, found.len()) {
         (1.., _) => Verdict::Fail,
@@ -364,116 +378,4 @@ fn key(look: &Look) -> CheckLine {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use backseat_wire::hostlink::{Image, ImageId, ParameterInfo, Stack};
-
-    fn look(before: [u32; 5], after: [u32; 5]) -> Look {
-        let health = |receive_losses| Health {
-            accepted_frames: [0; 4],
-            rejected_frames: [0; 4],
-            pps_edges: 0,
-            synchronised: false,
-            receive_losses,
-            late_steps: 0,
-            latest_step_us: 0,
-            hardware: None,
-            refused_requests: 0,
-            fittings: Default::default(),
-            oscillator: Oscillator::Crystal,
-            log: BoardLog::NONE,
-        };
-        Look {
-            identity: Identity {
-                firmware: String::new(),
-                schema: PARAMETER_SCHEMA,
-                image: ImageId::default(),
-                restart: None,
-            },
-            images: None,
-            parameters: Vec::new(),
-            waypoints: 0,
-            counters: (health(before), health(after)),
-            telemetry: Vec::new(),
-            watched: Duration::from_secs(3),
-            now_us: 0,
-            has_key: false,
-        }
-    }
-
-    #[test]
-    fn hardware_that_fails_is_no_go() {
-        let stacks = [Stack { used: 15_000, room: 24_576 }, Stack { used: 7_000, room: 16_384 }];
-        let good =
-            Hardware { brown_out_level: 3, longest_step_us: 8_700, load_permille: 90, stacks, ..Hardware::default() };
-        let of = |hardware| {
-            let mut look = look([0; 5], [0; 5]);
-            look.counters.1.hardware = hardware;
-            super::hardware(&look)
-        };
-        let found = "load 9 %, longest step 8.7 ms, stacks 15000 of 24576 and 7000 of 16384 bytes";
-        assert_eq!(of(Some(good)), CheckLine::new(Verdict::Pass, "hardware", found));
-        let full = [Stack { used: 23_000, room: 24_576 }, good.stacks[1]];
-        for (hardware, verdict) in [
-            (None, Verdict::Note),
-            (Some(Hardware { supply_dips: 1, ..good }), Verdict::Fail),
-            (Some(Hardware { brown_out_level: 0, ..good }), Verdict::Note),
-            (Some(Hardware { wrong_bits: [2, 0], ..good }), Verdict::Note),
-            (Some(Hardware { wrong_bits: [0, 1], ..good }), Verdict::Fail),
-            (Some(Hardware { load_permille: 900, ..good }), Verdict::Fail),
-            (Some(Hardware { stacks: full, ..good }), Verdict::Fail),
-        ] {
-            assert_eq!(of(hardware).verdict, verdict, "{hardware:?}");
-        }
-    }
-
-    #[test]
-    fn an_image_on_trial_is_no_go() {
-        let tried = StoredImage { image: Image::default(), starts: 3, confirmed: false };
-        for (trial, other, verdict) in [
-            (None, None, Verdict::Pass),
-            (None, Some(StoredImage { confirmed: true, ..tried }), Verdict::Pass),
-            (None, Some(tried), Verdict::Note),
-            (Some(1), None, Verdict::Fail),
-        ] {
-            assert_eq!(images(&Images { trial, other }).verdict, verdict, "{trial:?} {other:?}");
-        }
-    }
-
-    #[test]
-    fn a_board_without_pps_fails_where_a_computer_is_noted() {
-        let used = |min, max| {
-            Declared::new(
-                &ParameterInfo {
-                    index: 0,
-                    count: 1,
-                    name: "app.use_range",
-                    unit: "1",
-                    value: 1.0,
-                    min,
-                    max,
-                    default: 1.0,
-                },
-                false,
-            )
-        };
-        for (hardware, verdict) in [(None, Verdict::Note), (Some(Hardware::default()), Verdict::Fail)] {
-            let mut look = look([0; 5], [0; 5]);
-            look.parameters = vec![used(0.0, 1.0)];
-            look.counters.1.hardware = hardware;
-            assert_eq!(pps(&look).verdict, verdict, "{hardware:?}");
-        }
-    }
-
-    #[test]
-    fn losses_fail_while_they_happen() {
-        let cases = [
-            ([0; 5], [0; 5], Verdict::Pass, "none on any port since start"),
-            ([0, 0, 7, 0, 0], [0, 0, 7, 0, 0], Verdict::Note, "in 3 s: ahrs 0 (7 since start)"),
-            ([0, 0, 7, 0, 0], [0, 2, 8, 0, 0], Verdict::Fail, "in 3 s: dvl 2 (2 since start), ahrs 1 (8 since start)"),
-        ];
-        for (before, after, verdict, found) in cases {
-            assert_eq!(losses(&look(before, after)), CheckLine::new(verdict, "receive losses", found));
-        }
-    }
-}
+mod tests;

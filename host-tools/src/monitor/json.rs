@@ -170,6 +170,7 @@ fn hardware(hardware: &Hardware) -> Value {
         "brown_out_level": hardware.brown_out_level,
         "wrong_bits_corrected": hardware.wrong_bits[0],
         "wrong_bits_lost": hardware.wrong_bits[1],
+        "lost_edges": hardware.lost_edges,
         "longest_step_s": f64::from(hardware.longest_step_us) * 1e-6,
         "load": f64::from(hardware.load_permille) * 1e-3,
         "stack_of_interrupts": stacks[0],

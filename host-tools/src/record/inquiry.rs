@@ -1,4 +1,4 @@
-//! Asks the board for its parameters, one after the other, while its port is recorded.
+//! Asks the board which image it runs, and for its parameters, one after the other, while its port is recorded.
 
 use backseat_wire::hostlink::{Decoder, FromBoard, MAX_FRAME, ToBoard, encode};
 use serialport::TTYPort;
@@ -32,11 +32,15 @@ impl Inquiry {
         self.attempts += 1;
         self.asked = Some(Instant::now());
         let index = self.values.len() as u16;
-        let mut buffer = [0; MAX_FRAME];
-        let frame = encode(&ToBoard::ParameterGet { index }, &mut buffer).ok()?;
+        // with the first one: which image answers
+        let hello = (index == 0).then_some(ToBoard::Hello);
+        let mut sent = Vec::new();
+        for request in hello.into_iter().chain([ToBoard::ParameterGet { index }]) {
+            sent.extend_from_slice(encode(&request, &mut [0; MAX_FRAME]).ok()?);
+        }
         // a device that does not take it is about to be reported lost
-        self.device.write_all(frame).ok()?;
-        Some(frame.to_vec())
+        self.device.write_all(&sent).ok()?;
+        Some(sent)
     }
 
     /// Reads the board's bytes; returns the set when it is complete.

@@ -49,6 +49,11 @@ impl Deref for Parameter {
 }
 
 impl Parameter {
+    /// Its unit, for constants, in which nothing is dereferenced.
+    pub(crate) const fn unit(&self) -> &'static str {
+        self.declaration.unit
+    }
+
     /// Its value in a set.
     #[must_use]
     pub fn get(&self, settings: &Settings) -> f64 {

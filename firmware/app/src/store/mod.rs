@@ -1,4 +1,4 @@
-//! State that survives a reset: parameters in flash, the records of a restart and of a crash.
+//! State that survives a reset: parameters in flash, the records of a restart and of crashes.
 //!
 //! | module | concept |
 //! |---|---|
@@ -6,7 +6,7 @@
 //! | `flash` | two copies in flash, of which a power cut can hurt only one |
 //! | `images` | two images of the firmware, of which one always starts |
 //! | `under_way` | whether a mission was under way, where the supply was lost |
-//! | `crash` | what a fault or panic leaves behind |
+//! | `crash` | what faults and panics leave behind |
 //! | `restart` | the record of each step, and how to start after a reset |
 //!
 //! All of it is plain data behind byte slices and `embedded-storage`; the board owns the memory.
@@ -18,10 +18,12 @@ mod record;
 mod restart;
 mod under_way;
 
-pub use crash::{CRASH_BYTES, decode_crash, encode_crash};
+pub use crash::{
+    CRASH_WORDS, CRASHES, CrashMemory, CrashSlot, forget_crashes, keep_crash, kept_crashes, take_last_crash,
+};
 pub use flash::{Geometry, ParameterFlash, SaveError};
 pub use images::{Chip, ImageFlash, Start, TRIAL_STARTS};
-pub use record::{Refused, WORD};
+pub use record::{FINGERPRINT, Refused, WORD};
 pub use restart::{
     Coasted, Navigation, RECORD_BYTES, ResetHistory, Response, RestartRecord, SAFE_AFTER, SAFE_WITHIN_US, coast_m,
     newest,

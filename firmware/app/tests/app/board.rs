@@ -2,9 +2,9 @@
 
 use backseat_app::{App, Progress, Pump};
 use backseat_wire::hostlink::{
-    Chunk, Decoder, Estimates, FaultReport, FromBoard, FusionTelemetry, Health, Identification, Images, LearntStored,
-    MAX_FRAME, MAX_MESSAGE, Naming, Port, Refusal, Restart, Ship, Signed, Step, StepDone, Telemetry, ToBoard, Waypoint,
-    encode,
+    Chunk, Decoder, Estimates, FaultReport, FromBoard, FusionTelemetry, Health, Identification, Images, KeptCrash,
+    LearntStored, MAX_FRAME, MAX_MESSAGE, Naming, Port, Refusal, Restart, Ship, Signed, Step, StepDone, Telemetry,
+    ToBoard, Waypoint, encode,
 };
 use std::collections::VecDeque;
 use std::convert::Infallible;
@@ -31,6 +31,7 @@ pub struct Heard {
     pub corners_m: Vec<[f64; 2]>,
     pub waypoints: Vec<Option<Waypoint>>,
     pub restarts: Vec<Restart>,
+    pub earlier_crashes: Vec<KeptCrash>,
     pub health: Option<Health>,
     pub identifications: Vec<Identification>,
     pub learnt_stored: Vec<LearntStored>,
@@ -68,6 +69,7 @@ impl Listener {
                 FromBoard::Challenge { challenge, counter } => heard.challenges.push((challenge, counter)),
                 FromBoard::Images(images) => heard.images = Some(images),
                 FromBoard::Restart(restart) => heard.restarts.push(restart),
+                FromBoard::EarlierCrash(crash) => heard.earlier_crashes.push(crash),
                 FromBoard::Health(health) => heard.health = Some(health),
                 FromBoard::Identification(identification) => heard.identifications.push(identification),
                 FromBoard::LearntStored(stored) => heard.learnt_stored.push(stored),

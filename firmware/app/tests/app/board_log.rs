@@ -110,6 +110,7 @@ fn a_mission_replayed_from_its_log_is_the_same_to_the_bit() {
             LogRecord::Sent { port, bytes, .. } => logged[port as usize].extend_from_slice(bytes),
             LogRecord::Oscillator { oscillator, .. } => app.set_oscillator(oscillator),
             LogRecord::Fittings { readings, .. } => app.fittings(readings),
+            LogRecord::EarlierCrash(_) => {}
             LogRecord::Lost { .. } => panic!("nothing is lost in memory"),
         }
         for port in Port::ALL {

@@ -6,7 +6,9 @@ use crate::world::{START_S, World};
 use backseat_app::parameters::Settings;
 use backseat_app::store::{Response, RestartRecord, coast_m};
 use backseat_core::state::{X, Y, Z};
-use backseat_wire::hostlink::{Mode, ModeReason, Port, Refusal, ResetCause, Restart, Telemetry, ToBoard};
+use backseat_wire::hostlink::{
+    Crash, KeptCrash, Mode, ModeReason, Port, Refusal, ResetCause, Restart, Telemetry, ToBoard,
+};
 
 const STORE: ToBoard<'_> = ToBoard::ParameterStore;
 
@@ -147,6 +149,18 @@ fn a_second_reset_before_the_sensors_speak_keeps_the_position() {
     // it coasted on until the world's twelfth second, which is the board's time too
     assert_eq!(second.position_m, first.coasted(12_000_000, coast_m(&Settings::DEFAULT.vehicle)).position_m);
     assert!(second.sigma_m >= first.sigma_m);
+}
+
+#[test]
+fn earlier_crashes_are_told_at_start_and_to_whoever_asks() {
+    let mut board = Direct::new(None);
+    let crashes = [1, 2].map(|pc| KeptCrash { crash: Crash { pc, ..Crash::default() }, overwritten: 0 });
+    board.app_mut().earlier_crashes(&crashes);
+    let restart = Restart { cause: ResetCause::Fault, resets: 3, safe: false, crash: Some(Crash::at("main.rs", 3)) };
+    board.app_mut().resume(restart, &Response::Fresh);
+    board.request(&ToBoard::Hello);
+    let heard = board.heard();
+    assert_eq!((&heard.restarts[..], &heard.earlier_crashes[..]), (&[restart; 2][..], &[crashes; 2].concat()[..]));
 }
 
 #[test]

@@ -10,7 +10,10 @@
 mod bare;
 
 use backseat_app::parameters::{PARAMETERS, Settings};
-use backseat_app::store::{Chip, ImageFlash, ParameterFlash, RestartRecord, decode_crash, encode_crash, newest};
+use backseat_app::store::{
+    CRASH_WORDS, Chip, CrashMemory, CrashSlot, ImageFlash, ParameterFlash, RestartRecord, forget_crashes, keep_crash,
+    kept_crashes, newest, take_last_crash,
+};
 use backseat_app::{App, LocalFrame, Loss, Pump};
 use backseat_core::control::allocation::{AllocationMethod, Datum, Moments, allocate};
 use backseat_core::control::mission::{Lawnmower, Mission, Waypoint};
@@ -138,6 +141,20 @@ impl Write for AnyPort {
     }
 }
 
+/// Records of which nothing is known.
+struct AnyCrashes;
+
+impl CrashMemory for AnyCrashes {
+    fn read(&self, slot: usize) -> CrashSlot {
+        opaque(slot);
+        opaque([0; CRASH_WORDS])
+    }
+
+    fn write(&mut self, slot: usize, words: &CrashSlot) {
+        opaque((slot, words));
+    }
+}
+
 /// A flash of which nothing is known.
 struct AnyFlash;
 
@@ -208,8 +225,10 @@ fn app(objects: &mut Objects) {
     let slots = opaque([[0_u8; 128]; 2]);
     let last = newest([&slots[0], &slots[1]]);
     let (response, record) = RestartRecord::respond(opaque(ResetCause::Watchdog), last.as_ref());
-    let crash = decode_crash(&opaque(encode_crash(&opaque(Crash::at(opaque("main.rs"), 1)))));
-    app.resume(record.report(opaque(ResetCause::Watchdog), crash), &response);
+    keep_crash(&mut AnyCrashes, &opaque(Crash::at(opaque("main.rs"), 1)));
+    app.earlier_crashes(&opaque(kept_crashes(&AnyCrashes)));
+    app.resume(record.report(opaque(ResetCause::Watchdog), take_last_crash(&mut AnyCrashes)), &response);
+    forget_crashes(&mut AnyCrashes);
     opaque(app.restart_record(&record, opaque(0)).encode());
     app.restart();
     for parameter in PARAMETERS {

@@ -20,6 +20,7 @@ from unicorn.unicorn_py3.unicorn import uclib
 BYTES_PER_INSTRUCTION = 2.7
 LONGEST_SLICE_NS, SHORTEST_SLICE_NS, MASKED_SLICE_NS = 200e3, 50, 400
 NMI, HARD_FAULT, RETURN_TRAP = 2, 3, 8
+STACKING_REFUSED = 1 << 4  # MSTKERR, of the memory protection
 ENDLESS = 0x1F000000  # a loop, where instructions may lie
 STACKED = "R0 R1 R2 R3 R12 LR".split(), "D0 D1 D2 D3 D4 D5 D6 D7 FPSCR".split()
 FRAME = struct.Struct("<8I8QII")
@@ -252,7 +253,14 @@ class Core:
         *core, sp, xpsr = (value & 0xFFFFFFFF for value in self.saved.read())
         doubles = self.saved.values[len(STACKED[0]):-3]
         frame, xpsr = (sp - FRAME.size) & ~7, xpsr | 1 << 24 | (1 << 9 if sp & 4 else 0)
-        self.uc.mem_write(frame, FRAME.pack(*core[:len(STACKED[0])], self.pc, xpsr, *doubles, core[-1], 0))
+        try:
+            self.uc.mem_write(frame, FRAME.pack(*core[:len(STACKED[0])], self.pc, xpsr, *doubles, core[-1], 0))
+        except UcError:
+            # no stack to enter it: that is a fault, whose handler is entered without a frame (B1.5.12)
+            self.scs.r[Scs.CFSR] = self.scs.word(Scs.CFSR) | STACKING_REFUSED
+            if number != HARD_FAULT:
+                self.faults.append((self.now, f"no stack for exception {number}"))
+                number, priority = HARD_FAULT, -1
         thread = 0xFFFFFFED if self.uc.reg_read(arm.UC_ARM_REG_CONTROL) & 2 else 0xFFFFFFE9
         # in this order: from handler mode on SP is the main stack's
         self.entered.write((frame, 0xFFFFFFE1 if self.active else thread, 1 << 24 | number, number))
@@ -277,7 +285,7 @@ class Core:
             if self.exception() in (NMI, HARD_FAULT):
                 raise UcError(UC_ERR_EXCEPTION)
             self.enter(HARD_FAULT, -1)
-        except UcError:  # in a fault, or no stack to enter one
+        except UcError:  # in a fault
             self.now = self.watchdog.expiry  # locked up
 
     # Time.

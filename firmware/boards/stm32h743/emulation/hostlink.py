@@ -8,8 +8,9 @@ HELLO, STEP, PARAMETER_BEGIN, PARAMETER_SET, PARAMETER_COMMIT, PARAMETER_GET = 0
 MISSION_BEGIN, MISSION_ITEM, MISSION_COMMIT, MISSION_START, PARAMETER_STORE, HEALTH_GET = 6, 7, 8, 10, 12, 13
 UPDATE_GET, UPDATE_BEGIN, UPDATE_WRITE, UPDATE_COMMIT, UPDATE_CONFIRM, DROP_WEIGHT = 22, 23, 24, 25, 26, 27
 UPDATE_CHUNK = 256
-HELLO_ANSWER, STEP_DONE, TELEMETRY, PARAMETER, DONE, REFUSED, RESTART, HEALTH, IMAGES = 0, 1, 2, 4, 6, 7, 8, 9, 19
+HELLO_ANSWER, STEP_DONE, TELEMETRY, PARAMETER, DONE, REFUSED, RESTART, HEALTH, IMAGES, EARLIER_CRASH = 0, 1, 2, 4, 6, 7, 8, 9, 19, 20
 ON_TRIAL = 16
+TASKS = ("thread mode", "app", "interrupt")
 OSCILLATORS = ("crystal", "internal")
 MODES = ("initialising", "navigating", "degraded", "lost", "safe")
 REASONS = {0: "nominal", 1: "no fix", 2: "attitude stale", 9: "stopped", 10: "restarted", 11: "resets", 29: "overloaded"}
@@ -100,6 +101,16 @@ def messages(data):
             yield message.integer(), message
 
 
+def crash_of(message):
+    """A crash within a message."""
+    names = "build time_us pc lr sp cfsr hfsr address exception line".split()
+    crash = SimpleNamespace(**dict(zip(names, message.integers(len(names)))))
+    message.at += 24  # the file of a panic
+    crash.stack_overflow, task, crash.step, *crash.stacks = message.integers(5)
+    crash.task = TASKS[task]
+    return crash
+
+
 class Host:
     """A PC at the host port of a machine."""
 
@@ -136,7 +147,7 @@ class Host:
                                  lost_records=message.integer(), late=message.integers(2))
         assert message.integer(), "the board says nothing of its hardware"
         health.supply_dips, health.brown_out_level, *health.wrong_bits = message.integers(4)
-        health.longest_step_us, health.load_permille, *health.stacks = message.integers(6)
+        health.longest_step_us, health.load_permille, health.lost_edges, *health.stacks = message.integers(7)
         _refused, *health.fittings = message.integers(5)
         return health
 
@@ -214,5 +225,19 @@ class Host:
         """As the answer to `Hello` tells it: resets by a fault since power-on, and the crash before."""
         _, message, _ = self.ask(HELLO, answers=(RESTART,))
         _cause, resets, _safe, crashed = message.integers(4)
-        names = "build time_us pc lr sp cfsr hfsr address".split()
-        return resets, SimpleNamespace(**dict(zip(names, message.integers(len(names))))) if crashed else None
+        return resets, crash_of(message) if crashed else None
+
+    def earlier_crashes(self):
+        """As the answer to `Hello` tells them: those before, which no card has got; the last field of each says how many
+        before it were not kept."""
+        self.poll()
+        self.machine.host.feed(request(HELLO))
+        self.machine.run_for(0.5)
+        crashes = []
+        for kind, message in self.poll():
+            if kind == RESTART:
+                crashes.clear()  # of an answer before
+            elif kind == EARLIER_CRASH:
+                crashes.append(crash_of(message))
+                crashes[-1].overwritten = message.integer()
+        return crashes

@@ -22,6 +22,7 @@ from vehicle import Vehicle
 NEUTRAL = b"$OMP,8080808080,00"
 START_S = 0.2  # until the image answers a host
 WAIT_S = 2.2  # for a lock-step clock after power-on, and a little
+EARLIER_CRASH_LOGGED = 9  # a kind of record of the board log
 HASTE = 8  # of the lines in lock-step: the board, which waits for each byte, waits less; no bit of a flight depends on it
 
 
@@ -165,15 +166,65 @@ def stuck_step(image, _):
 
 
 def stack_overflow(image, _):
-    """A full stack faults before anything is overwritten; neutral fins within a second of it."""
-    machine = Machine(image)
-    machine.run_for(WAIT_S)
-    machine.overflow("3App4step", "interrupts")
-    machine.run_for(1.2)
-    assert machine.faults and [cause for _, cause in machine.resets] == ["watchdog"], (machine.faults, machine.resets)
-    machine.measured["neutral fins after an overflow, s"] = took = neutral_after(machine, machine.faults[0][0])
-    assert took < 1, f"{took} s"
-    machine.paint("interrupts")
+    """Either stack, when it is full, faults before anything is overwritten, and leaves a record; neutral fins soon after."""
+    machines = []
+    for stack, path, task in (("interrupts", "3App4step", "app"), ("thread", "4card4Card4look", "thread mode")):
+        machine = Machine(image)
+        Vehicle(machine)
+        if stack == "interrupts":
+            machine.run_for(WAIT_S)
+        machine.overflow(path, stack)
+        machine.run_for(1)
+        assert machine.faults and [cause for _, cause in machine.resets] == ["software"], (machine.faults, machine.resets)
+        machine.measured[f"neutral fins after an overflow in {task}, s"] = took = neutral_after(machine, machine.faults[0][0])
+        assert took < 0.3, f"{took} s"
+        resets, crash = Host(machine).last_crash()
+        assert (resets, crash.stack_overflow, crash.task) == (1, 1, task), crash
+        end, start = machine.stacks[stack]
+        assert crash.sp < end and crash.stacks[list(machine.stacks).index(stack)] > start - end - 128, crash
+        machine.paint(stack)
+        machines.append(machine)
+    return machines
+
+
+def crashes_in_a_row(image, _):
+    """Crashes that no card takes are kept and told, and are written as soon as one does; of too many the oldest make room."""
+    machine = Machine(image, card=Card())
+    Vehicle(machine)
+    machine.run_for(4)
+    host, places = Host(machine), []
+
+    def crash(count):
+        for _ in range(count):
+            places.append(machine.pc)
+            machine.hard_fault("injected")
+            machine.run_for(0.15)
+
+    machine.card.pull()
+    crash(3)
+    machine.card.put_back()
+    machine.run_for(3)
+    assert "CRASHES.TXT" not in machine.card.volume.files(), "the card is left alone"
+    resets, last = host.last_crash()
+    told = [crash.pc for crash in host.earlier_crashes()] + [last.pc]
+    assert (resets, told) == (3, places), f"{resets} {told}, not {places}"
+    machine.reset("pin")
+    machine.run_for(4)
+    files = machine.card.volume.files()
+    lines = files["CRASHES.TXT"].decode().splitlines()
+    assert len(lines) == 3 and all(f"fault at {at:#010x}" in line for at, line in zip(places, lines)), lines
+    logged = [kind for kind, _ in messages(files[max(name for name in files if name.endswith(".BSL"))])]
+    assert logged.count(EARLIER_CRASH_LOGGED) == 3, logged
+    machine.reset("pin")
+    machine.run_for(START_S)
+    assert host.last_crash() == (0, None) and not host.earlier_crashes(), "they are kept although the card has them"
+    places.clear()
+    machine.card.pull()
+    crash(11)
+    machine.run_for(3)
+    told = [(crash.pc, crash.overwritten) for crash in host.earlier_crashes()]
+    assert told == [(at, max(0, k - 7)) for k, at in enumerate(places)][3:10] and host.last_crash()[1].pc == places[10], told
+    machine.measured["crashes told of 11"] = len(told) + 1
     return [machine]
 
 
@@ -439,4 +490,4 @@ def lock_step(image, options):
     return [machine]
 
 
-ALL = [lock_step, clock_tree, external_clock, hard_fault, clock_lost, supply_falls, stuck_step, stack_overflow, guard, parameter_store, last_resort, update, update_command, log_card, card_pulled]
+ALL = [lock_step, clock_tree, external_clock, hard_fault, clock_lost, supply_falls, stuck_step, stack_overflow, crashes_in_a_row, guard, parameter_store, last_resort, update, update_command, log_card, card_pulled]

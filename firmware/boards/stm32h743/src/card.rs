@@ -4,9 +4,12 @@
 //! learns the file's length, so that a power cut costs a second of it. A card that fails is asked
 //! again; if it holds the file as it was left, the log goes on there.
 //!
-//! What ended the run before, where it was the firmware itself, is a line of `CRASHES.TXT`, which only grows.
+//! What ended runs before, where it was the firmware itself, are lines of `CRASHES.TXT`, which only grows. Backup SRAM
+//! keeps them until they are there.
 
-use backseat_wire::hostlink::{Crash, LogState};
+use crate::backup::CrashSlots;
+use backseat_app::store::{forget_crashes, kept_crashes};
+use backseat_wire::hostlink::LogState;
 use core::fmt::Write;
 use embassy_stm32::Peri;
 use embassy_stm32::gpio::{Level, Output, Speed};
@@ -18,7 +21,9 @@ use embassy_stm32::time::Hertz;
 use embassy_time::{Delay, Duration, Instant};
 use embedded_hal_bus::spi::ExclusiveDevice;
 use embedded_sdmmc::sdcard::AcquireOpts;
-use embedded_sdmmc::{Mode, RawFile, SdCard, SdCardError, TimeSource, Timestamp, VolumeIdx, VolumeManager};
+use embedded_sdmmc::{
+    Mode, RawDirectory, RawFile, SdCard, SdCardError, TimeSource, Timestamp, VolumeIdx, VolumeManager,
+};
 use heapless::String;
 use heapless::spsc::Consumer;
 
@@ -37,7 +42,7 @@ const FLUSH: Duration = Duration::from_secs(1);
 const MAX_FILES: u32 = 100_000;
 const CRASHES: &str = "CRASHES.TXT";
 /// Longest line of it, bytes.
-const CRASH_LINE: usize = 192;
+const CRASH_LINE: usize = 320;
 
 type Bus = ExclusiveDevice<Spi<'static, Blocking, Master>, Output<'static>, Delay>;
 type Volumes = VolumeManager<SdCard<Bus, Delay>, NoClock>;
@@ -82,8 +87,6 @@ pub struct SilentCard {
     next: Instant,
     /// The file that it held when it failed.
     left: Option<LeftFile>,
-    /// What is not yet told on it.
-    crash: Option<Crash>,
 }
 
 /// A file as the directory of the card knows it.
@@ -95,7 +98,7 @@ struct LeftFile {
 
 impl Card {
     /// Sets up the bus; the card has to be in its socket by now.
-    pub fn new(resources: Resources, crash: Option<Crash>) -> Self {
+    pub fn new(resources: Resources) -> Self {
         let Resources { spi, clock, miso, mosi, select } = resources;
         let spi = Spi::new_blocking(spi, clock, mosi, miso, Config::default());
         let select = Output::new(select, Level::High, Speed::High);
@@ -103,7 +106,7 @@ impl Card {
         // One try blocks thread mode for 0.3 s where there is no card.
         let options = AcquireOpts { acquire_retries: 0, ..AcquireOpts::default() };
         let device = SdCard::new_with_options(bus, Delay, options);
-        Self::Silent(SilentCard { device, tries: TRIES, next: Instant::MIN, left: None, crash })
+        Self::Silent(SilentCard { device, tries: TRIES, next: Instant::MIN, left: None })
     }
 
     /// Asks the card, opens its next file, or writes to it: a part of the work, so that others come in between.
@@ -140,12 +143,11 @@ impl Card {
     #[inline(never)]
     fn look(&mut self) {
         let Self::Silent(card) = core::mem::replace(self, Self::Absent) else { return };
-        let SilentCard { device, tries, left, crash, .. } = card;
-        let silent =
-            |device, tries| Self::Silent(SilentCard { device, tries, next: Instant::now() + RETRY, left, crash });
+        let SilentCard { device, tries, left, .. } = card;
+        let silent = |device, tries| Self::Silent(SilentCard { device, tries, next: Instant::now() + RETRY, left });
         *self = match identify(&device) {
             Err(_) => silent(device, tries.saturating_sub(1)),
-            Ok(bytes) => match LogFile::open(device, left, crash) {
+            Ok(bytes) => match LogFile::open(device, left) {
                 Ok(file) => {
                     defmt::info!("card of {=u64} MB, LOG{=u32:05}.BSL", bytes / 1_000_000, file.number);
                     Self::Open(file)
@@ -164,7 +166,7 @@ impl Card {
         defmt::warn!("card: {}, no log for now", error);
         let left = Some(LeftFile { number: file.number, bytes: file.flushed_bytes });
         let (device, NoClock) = file.volumes.free();
-        *self = Self::Silent(SilentCard { device, tries: 0, next: Instant::now() + RETRY, left, crash: None });
+        *self = Self::Silent(SilentCard { device, tries: 0, next: Instant::now() + RETRY, left });
     }
 }
 
@@ -205,13 +207,9 @@ impl LogFile {
     ///
     /// # Errors
     /// The card with the reason: no FAT volume, a full directory, another card.
-    fn open(
-        device: SdCard<Bus, Delay>,
-        left: Option<LeftFile>,
-        crash: Option<Crash>,
-    ) -> Result<Self, (SdCard<Bus, Delay>, Error)> {
+    fn open(device: SdCard<Bus, Delay>, left: Option<LeftFile>) -> Result<Self, (SdCard<Bus, Delay>, Error)> {
         let volumes = VolumeManager::new(device, NoClock);
-        match open_file(&volumes, left, crash) {
+        match open_file(&volumes, left) {
             Ok((file, LeftFile { number, bytes: flushed_bytes })) => {
                 Ok(Self { volumes, file, number, block: [0; BLOCK], length: 0, flushed: Instant::now(), flushed_bytes })
             }
@@ -251,7 +249,7 @@ impl LogFile {
     }
 }
 
-fn open_file(volumes: &Volumes, left: Option<LeftFile>, crash: Option<Crash>) -> Result<(RawFile, LeftFile), Error> {
+fn open_file(volumes: &Volumes, left: Option<LeftFile>) -> Result<(RawFile, LeftFile), Error> {
     let volume = volumes.open_raw_volume(VolumeIdx(0))?;
     let root = volumes.open_root_dir(volume)?;
     let (mut next, mut as_left) = (0, false);
@@ -268,16 +266,29 @@ fn open_file(volumes: &Volumes, left: Option<LeftFile>, crash: Option<Crash>) ->
         Some(left) => (left, Mode::ReadWriteAppend),
         None => (LeftFile { number: next % MAX_FILES, bytes: 0 }, Mode::ReadWriteCreate),
     };
-    if let Some(crash) = crash {
-        let crashes = volumes.open_file_in_dir(root, CRASHES, Mode::ReadWriteCreateOrAppend)?;
-        let mut line: String<CRASH_LINE> = String::new();
-        let _ = write!(line, "before LOG{:05}: {crash}\r\n", file.number);
-        volumes.write(crashes, line.as_bytes())?;
-        volumes.close_file(crashes)?;
-    }
+    tell_crashes(volumes, root, file.number)?;
     let mut name: String<12> = String::new();
     let _ = write!(name, "LOG{:05}.BSL", file.number);
     Ok((volumes.open_file_in_dir(root, name.as_str(), mode)?, file))
+}
+
+/// Lines of what is kept; once they are in the file nothing is.
+#[inline(never)]
+fn tell_crashes(volumes: &Volumes, root: RawDirectory, number: u32) -> Result<(), Error> {
+    let mut slots = CrashSlots::open();
+    let kept = kept_crashes(&slots);
+    if kept.is_empty() {
+        return Ok(());
+    }
+    let crashes = volumes.open_file_in_dir(root, CRASHES, Mode::ReadWriteCreateOrAppend)?;
+    for crash in &kept {
+        let mut line: String<CRASH_LINE> = String::new();
+        let _ = write!(line, "before LOG{number:05}: {crash}\r\n");
+        volumes.write(crashes, line.as_bytes())?;
+    }
+    volumes.close_file(crashes)?;
+    forget_crashes(&mut slots);
+    Ok(())
 }
 
 /// A number of digits alone.

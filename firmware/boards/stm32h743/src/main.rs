@@ -5,7 +5,7 @@
 //! | `clocks`, `time` | clock tree; board time and the pulse per second |
 //! | `uart`, `memory` | the five ports, as `embedded-io`; memory that DMA reaches |
 //! | `flash`, `supply` | sectors of parameters and images, exchange of the banks; reset cause and supply |
-//! | `backup`, `watchdog` | records of restart and crash; watchdog |
+//! | `backup`, `watchdog` | records of restart and crashes; watchdog |
 //! | `guard` | what the core may reach |
 //! | `fittings` | last-resort hardware |
 //! | `fault` | what a fault or panic leaves behind |
@@ -39,12 +39,12 @@ mod vitals;
 mod watchdog;
 
 use backseat_app::parameters::Settings;
-use backseat_app::store::{ParameterFlash, Response, RestartRecord, Start};
+use backseat_app::store::{ParameterFlash, Response, RestartRecord, Start, kept_crashes, take_last_crash};
 use backseat_app::{App, Order, Progress, Pump, StepWatch};
 use backseat_app::{Recorder, poll_recorded, record_start};
 use backseat_wire::boardlog::LogRecord;
 use backseat_wire::hostlink::{Images, Oscillator, Refusal, ResetCause};
-use backup::BackupMemory;
+use backup::{BackupMemory, CrashSlots};
 use card::Card;
 use clocks::ClockSource;
 use core::arch::asm;
@@ -159,7 +159,8 @@ async fn start_and_store() {
     supply::start();
 
     let mut backup = BackupMemory::take();
-    let crash = backup.take_crash();
+    let mut crashes = CrashSlots::open();
+    let crash = take_last_crash(&mut crashes);
     // a fault resets the board by software
     let cause = crash.map_or(cause, |_| if cause == ResetCause::Software { ResetCause::Fault } else { cause });
     let Memory { dma, log, app, pump, settings, to_store, card } = defmt::unwrap!(memory::take());
@@ -197,6 +198,7 @@ async fn start_and_store() {
     }
     app.set_challenge(challenge);
     app.set_oscillator(oscillator);
+    tell_crashes(app, &crashes, crash.is_some());
     app.resume(restart, &response);
     if response != Response::Fresh {
         pump.start_at_once(clock.now_us());
@@ -228,7 +230,7 @@ async fn start_and_store() {
     // what was loaded from flash is done with: from now on the place of a set on its way to thread mode
     let (to_store, mut from_app) = to_store.write(Channel::new(settings)).split();
     let mut vitals = Vitals::new();
-    app.hardware(vitals.report());
+    app.hardware(vitals.report(clock.lost_edges()));
     let board = Board {
         app,
         pump,
@@ -253,7 +255,7 @@ async fn start_and_store() {
 
     let resources = card::Resources { spi: p.SPI1, clock: p.PA5, miso: p.PA6, mosi: p.PB5, select: p.PD14 };
     let mut looked = Instant::now();
-    let card = card.write(if restart.resets < CARD_RESETS { Card::new(resources, crash) } else { Card::Absent });
+    let card = card.write(if restart.resets < CARD_RESETS { Card::new(resources) } else { Card::Absent });
     loop {
         // First: what the host waits for.
         let next = with_timeout(CARD_TICK, select3(from_app.receive(), supply::FALLS.wait(), ORDERS.wait())).await;
@@ -301,6 +303,17 @@ async fn start_and_store() {
             vitals::look_at_stacks();
         }
     }
+}
+
+/// What no card has got yet; not the last one, where that is told as what ended the run before. Its bytes are not to stay
+/// in the caller's frame.
+#[inline(never)]
+fn tell_crashes(app: &mut App, crashes: &CrashSlots, last_is_told: bool) {
+    let mut earlier = kept_crashes(crashes);
+    if last_is_told {
+        earlier.pop();
+    }
+    app.earlier_crashes(&earlier);
 }
 
 /// Starts the image of the other bank.
@@ -417,6 +430,7 @@ impl Board {
     }
 
     fn stepped(&mut self) {
+        fault::stepped();
         let now_us = self.clock.now_us();
         // under the host's clock nothing is at sea
         if !self.pump.is_lockstep() {
@@ -444,7 +458,6 @@ impl Board {
         self.leds.show(self.app, now_us, self.warning);
         self.ports.iter().for_each(|port| port.report(self.app));
         self.app.board_log(self.log.report());
-        self.app.hardware(self.vitals.report());
-        self.clock.report();
+        self.app.hardware(self.vitals.report(self.clock.lost_edges()));
     }
 }

@@ -22,9 +22,7 @@ pub struct Clock {
     _pin: Flex<'static>,
     /// Time of the last look; looks come at least once in the counter's 71 minutes.
     last_us: u64,
-    /// Edges that came too fast to be distinguished.
     lost_edges: u32,
-    reported_edges: u32,
 }
 
 impl Clock {
@@ -43,7 +41,7 @@ impl Clock {
         timer.enable_channel(PPS, true);
         timer.reset();
         timer.start();
-        Self { timer, _pin: pin, last_us: 0, lost_edges: 0, reported_edges: 0 }
+        Self { timer, _pin: pin, last_us: 0, lost_edges: 0 }
     }
 
     /// Board time, µs.
@@ -58,8 +56,8 @@ impl Clock {
     /// The timer latches the count at the edge itself, so that nothing depends on how soon it is read: what disciplines
     /// the clock is the captured count, not the time of the look. The latch keeps it until it is read; a second edge
     /// would have to come before that. Looks are 1 ms apart and edges 1000 ms, and where no look comes for 600 ms the
-    /// watchdog resets the board: no edge of a pulse per second can be lost. Two between two looks are noise; none is
-    /// reported.
+    /// watchdog resets the board: no edge of a pulse per second can be lost. Two between two looks are noise: they
+    /// are counted, and not used.
     pub fn take_edge_us(&mut self) -> Option<u64> {
         let registers = self.timer.regs_gp32();
         if !registers.sr().read().ccif(PPS.index()) {
@@ -82,11 +80,8 @@ impl Clock {
         now_us.checked_sub(u64::from((now_us as u32).wrapping_sub(captured)))
     }
 
-    /// Logs lost edges since the last call.
-    pub fn report(&mut self) {
-        if self.lost_edges != self.reported_edges {
-            self.reported_edges = self.lost_edges;
-            defmt::warn!("{=u32} pulse edges lost since start", self.lost_edges);
-        }
+    /// Edges since start that came too fast to be told apart.
+    pub const fn lost_edges(&self) -> u32 {
+        self.lost_edges
     }
 }

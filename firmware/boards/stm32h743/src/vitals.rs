@@ -38,7 +38,7 @@ unsafe extern "C" {
 static USED: [AtomicU32; 2] = [const { AtomicU32::new(0) }; 2];
 
 /// End and start of both.
-fn stacks() -> [[usize; 2]; 2] {
+pub fn stacks() -> [[usize; 2]; 2] {
     let at = |symbol: *const u32| symbol as usize;
     [
         [at(&raw const _stack_end), at(&raw const _stack_start)],
@@ -58,14 +58,19 @@ pub fn paint_stacks() {
     }
 }
 
-/// Looks how much of both stacks was ever used; in thread mode, as it may take a while.
-pub fn look_at_stacks() {
-    for ([end, start], used) in stacks().into_iter().zip(&USED) {
+/// How much of both stacks was ever used, bytes; in thread mode or at the end, as it may take a while.
+pub fn stacks_used() -> [u32; 2] {
+    stacks().map(|[end, start]| {
         // SAFETY: a stack is readable; what a word holds is of no matter.
         let is_painted = |place: &usize| unsafe { (*place as *const u32).read_volatile() } == PAINT;
         let untouched = (end..start).step_by(4).take_while(is_painted).count();
-        used.store((start - end - 4 * untouched) as u32, Ordering::Relaxed);
-    }
+        (start - end - 4 * untouched) as u32
+    })
+}
+
+/// Looks at it, for the app to tell.
+pub fn look_at_stacks() {
+    stacks_used().into_iter().zip(&USED).for_each(|(bytes, used)| used.store(bytes, Ordering::Relaxed));
 }
 
 /// Since start.
@@ -107,7 +112,7 @@ impl Vitals {
     }
 
     /// For the host, after each step.
-    pub fn report(&mut self) -> Hardware {
+    pub fn report(&mut self, lost_edges: u32) -> Hardware {
         self.look_for_wrong_bits();
         let mut stacks = stacks().map(|[end, start]| Stack { used: 0, room: (start - end) as u32 });
         stacks.iter_mut().zip(&USED).for_each(|(stack, used)| stack.used = used.load(Ordering::Relaxed));
@@ -117,6 +122,7 @@ impl Vitals {
             wrong_bits: self.wrong_bits,
             longest_step_us: self.longest_step_us,
             load_permille: self.load_permille,
+            lost_edges,
             stacks,
         }
     }

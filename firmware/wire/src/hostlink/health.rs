@@ -56,6 +56,8 @@ pub struct Hardware {
     pub longest_step_us: u32,
     /// Share of the last second that receiving, steps and sending took, per mille.
     pub load_permille: u16,
+    /// Edges of the pulse per second that came too fast to be told apart.
+    pub lost_edges: u32,
     /// Stack that interrupts, the steps among them, and thread mode have used at most, and their room, bytes.
     pub stacks: [Stack; 2],
 }

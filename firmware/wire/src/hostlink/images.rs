@@ -16,16 +16,23 @@ pub struct ImageId {
     pub crc: u32,
     /// First four bytes of the commit of a release; 0: no release.
     pub commit: u32,
+    /// Fingerprint of its parameter list: CRC-32 of version, names and units; 0: written before there was one.
+    pub parameters: u32,
 }
 
 impl fmt::Display for ImageId {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { build, crc, commit } = self;
+        let Self { build, crc, commit, parameters } = self;
         match build {
             0 => write!(f, "no image of a chip")?,
             _ => write!(f, "image {build:08x}, CRC {crc:08x}")?,
         }
-        if *commit == 0 { write!(f, ", no release") } else { write!(f, ", commit {commit:08x}") }
+        if *commit == 0 {
+            write!(f, ", no release")?
+        } else {
+            write!(f, ", commit {commit:08x}")?
+        }
+        if *parameters == 0 { Ok(()) } else { write!(f, ", parameter list {parameters:08x}") }
     }
 }
 

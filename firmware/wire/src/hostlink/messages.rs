@@ -1,6 +1,6 @@
 //! The messages of the host link.
 
-use super::crash::Crash;
+use super::crash::{Crash, KeptCrash};
 use super::fittings::FittingReadings;
 use super::health::Health;
 use super::identification::{Estimates, FaultReport, Identification, LearntStored, Naming};
@@ -391,4 +391,6 @@ pub enum FromBoard<'a> {
     },
     /// Answer to `UpdateGet`.
     Images(Images),
+    /// After each `Restart`, once for every earlier crash that no card has got yet, the oldest first.
+    EarlierCrash(KeptCrash),
 }

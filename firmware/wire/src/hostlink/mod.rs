@@ -16,7 +16,7 @@ mod signed;
 mod signing;
 
 pub use codec::{CRC, Decoder, Frame, MAX_FRAME, MAX_MESSAGE, encode};
-pub use crash::Crash;
+pub use crash::{Crash, KeptCrash, Task};
 pub use fittings::{FittingReadings, FittingState, Fittings, ReleaseReason};
 pub use health::{BoardLog, Hardware, Health, LogState, Oscillator, Stack};
 pub use identification::{

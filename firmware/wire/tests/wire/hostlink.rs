@@ -1,8 +1,8 @@
 use backseat_wire::Error;
 use backseat_wire::hostlink::{
-    BoardLog, Chunk, Decoder, Fittings, FromBoard, FusionTelemetry, Hardware, Health, ImageId, LogState, MAX_CHUNKS,
-    MAX_FRAME, MAX_PPS, Mode, ModeReason, Oscillator, ParameterInfo, Port, Refusal, ReleaseReason, Stack, Step,
-    StepDone, Telemetry, ToBoard, Waypoint, encode,
+    BoardLog, Chunk, Decoder, Fittings, FromBoard, FusionTelemetry, Hardware, Health, ImageId, KeptCrash, LogState,
+    MAX_CHUNKS, MAX_FRAME, MAX_PPS, Mode, ModeReason, Oscillator, ParameterInfo, Port, Refusal, ReleaseReason, Stack,
+    Step, StepDone, Telemetry, ToBoard, Waypoint, encode,
 };
 
 fn largest_step() -> ToBoard<'static> {
@@ -73,7 +73,7 @@ fn every_message_survives() {
         FromBoard::Hello {
             firmware: "0.1.0",
             parameter_schema: 1,
-            image: ImageId { build: 0xAB, crc: u32::MAX, commit: 0 },
+            image: ImageId { build: 0xAB, crc: u32::MAX, commit: 0, parameters: 7 },
         },
         FromBoard::StepDone(StepDone { time_us: 100_000, sent: [0, 1, 2, 65_535], digest: u64::MAX }),
         telemetry(),
@@ -104,6 +104,7 @@ fn every_message_survives() {
             refused_requests: 9,
             fittings: Fittings { released: Some(ReleaseReason::NoAscent), ..Fittings::default() },
         }),
+        FromBoard::EarlierCrash(KeptCrash { overwritten: u32::MAX, ..KeptCrash::default() }),
     ];
     let mut stream = Vec::new();
     let mut buffer = [0; MAX_FRAME];

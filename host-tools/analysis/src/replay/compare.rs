@@ -217,7 +217,12 @@ enum Judgement {
 fn judge(logged: &[u8], replayed: &[u8]) -> Judgement {
     message(logged, |logged| {
         message(replayed, |replayed| match (&logged, &replayed) {
-            (Some(FromBoard::StepDone(_)), _) => Judgement::OnlyLogged { losses: false },
+            (Some(FromBoard::StepDone(_) | FromBoard::EarlierCrash(_)), _) => Judgement::OnlyLogged { losses: false },
+            // this computer runs another image
+            (
+                Some(FromBoard::Hello { firmware: a, parameter_schema: b, .. }),
+                Some(FromBoard::Hello { firmware: c, parameter_schema: d, .. }),
+            ) if (a, b) == (c, d) => Judgement::Same,
             (Some(FromBoard::Health(a)), Some(FromBoard::Health(b)))
                 if (Health {
                     receive_losses: b.receive_losses,
@@ -255,9 +260,9 @@ fn difference(logged: Option<FromBoard<'_>>, replayed: Option<FromBoard<'_>>) ->
     Judgement::Different { record, field: name(&path), values }
 }
 
-/// Neither the lock-step clock's answer nor news of losses comes from the app's input.
+/// Neither the lock-step clock's answer nor news of losses and of earlier crashes comes from the app's input.
 fn is_boards_own(message: Option<FromBoard<'_>>) -> bool {
-    matches!(message, Some(FromBoard::StepDone(_) | FromBoard::Health(_)))
+    matches!(message, Some(FromBoard::StepDone(_) | FromBoard::Health(_) | FromBoard::EarlierCrash(_)))
 }
 
 /// The message of a frame; `None` if it is broken.

@@ -14,7 +14,7 @@ use backseat_core::control::mission::MAX_WAYPOINTS;
 use backseat_core::parameters::Inconsistent;
 use backseat_report::console::Progress;
 use backseat_wire::hostlink::{
-    FromBoard, Health, ImageId, MAX_FENCE_CORNERS, Refusal, Restart, Telemetry, ToBoard, Waypoint,
+    FromBoard, Health, ImageId, KeptCrash, MAX_FENCE_CORNERS, Refusal, Restart, Telemetry, ToBoard, Waypoint,
 };
 use backseat_wire::ship_state::Key;
 use std::time::{Duration, Instant, SystemTime};
@@ -36,6 +36,8 @@ pub struct Identity {
     pub image: ImageId,
     /// Its last start, if it knows.
     pub restart: Option<Restart>,
+    /// Crashes before it that no card has got, the oldest first.
+    pub earlier_crashes: Vec<KeptCrash>,
 }
 
 /// A board that answers.
@@ -62,7 +64,7 @@ impl Board {
         let moment = SystemTime::UNIX_EPOCH.elapsed().map_or(0, |elapsed| elapsed.subsec_micros() as u16);
         let nonce = FIRST_NONCE | moment;
         let mut hello = None;
-        let mut restart = None;
+        let (mut restart, mut earlier_crashes) = (None, Vec::new());
         let answered = (|| {
             client.send(&ToBoard::Hello)?;
             client.send(&ToBoard::MissionGet { index: nonce })?;
@@ -73,6 +75,12 @@ impl Board {
                 }
                 FromBoard::Restart(last) => {
                     restart = Some(last);
+                    // an answer that another program had asked for may come before
+                    earlier_crashes.clear();
+                    None
+                }
+                FromBoard::EarlierCrash(crash) => {
+                    earlier_crashes.push(crash);
                     None
                 }
                 FromBoard::Mission { index, .. } => (index == nonce).then_some(()),
@@ -86,7 +94,11 @@ impl Board {
         })?;
         let (firmware, schema, image) =
             hello.with_context(|| format!("{port}: the board answers, but does not identify itself"))?;
-        Ok(Self { client, port: port.clone(), identity: Identity { firmware, schema, image, restart } })
+        Ok(Self {
+            client,
+            port: port.clone(),
+            identity: Identity { firmware, schema, image, restart, earlier_crashes },
+        })
     }
 
     fn failed(&self, error: &BackseatError) -> anyhow::Error {

@@ -130,6 +130,7 @@ impl BoardLog {
             LogRecord::Step { time_us, digest } => (time_us, Event::Step { digest }),
             LogRecord::Oscillator { time_us, oscillator } => (time_us, Event::Oscillator(oscillator)),
             LogRecord::Fittings { time_us, readings } => (time_us, Event::Fittings(readings)),
+            LogRecord::EarlierCrash(crash) => (self.time_us, Event::Note(format!("an earlier crash: {crash}"))),
             LogRecord::Lost { records } => (self.time_us, Event::Lost(records)),
         };
         self.time_us = time_us;

@@ -22,7 +22,7 @@ fn every_event() -> Vec<Entry> {
         Event::Start {
             firmware: "0.1.0".to_owned(),
             parameter_schema: 9,
-            image: ImageId { build: 0xAB, crc: 1, commit: 2 },
+            image: ImageId { build: 0xAB, crc: 1, commit: 2, parameters: 3 },
             restart: RESTART,
             record: vec![0, 255, 7],
         },

@@ -18,8 +18,8 @@ pub use sources::{SourceHistory, Turn};
 use backseat_app::parameters::{self, PARAMETER_SCHEMA, Settings};
 use backseat_core::identification::theta::{self, theta_of};
 use backseat_wire::hostlink::{
-    Decoder, Estimates, FaultReport, FromBoard, Health, Identification, ImageId, LogState, Mode, ModeReason, Naming,
-    Port, Refusal, Restart, Ship, Telemetry, ToBoard, Waypoint,
+    Decoder, Estimates, FaultReport, FromBoard, Health, Identification, ImageId, KeptCrash, LogState, Mode, ModeReason,
+    Naming, Port, Refusal, Restart, Ship, Telemetry, ToBoard, Waypoint,
 };
 use enquiry::Enquiry;
 use learned::Learned;
@@ -63,6 +63,8 @@ pub struct Model {
     pub firmware: Option<String>,
     same_schema: bool,
     pub restart: Option<Restart>,
+    /// Of its earlier crashes those that no card has got.
+    pub crashes: Vec<KeptCrash>,
     /// Start number of an image that is on trial.
     pub trial: Option<u8>,
     /// The parameters received so far; defaults before.
@@ -102,6 +104,7 @@ impl Model {
             trial: None,
             same_schema: false,
             restart: None,
+            crashes: Vec::new(),
             settings: Box::new(Settings::DEFAULT),
             is_complete: false,
             learned: Learned::default(),
@@ -254,6 +257,7 @@ impl Model {
                 }
             }
             FromBoard::Restart(restart) => self.restarted(restart),
+            FromBoard::EarlierCrash(crash) => self.crashed(crash),
             FromBoard::Mission { index, count, waypoint } => self.waypoint(index, count, waypoint),
             FromBoard::Parameter(info) => {
                 self.enquiry.parameter(info.index, info.count);
@@ -394,6 +398,7 @@ impl Model {
             return;
         }
         self.restart = Some(restart);
+        self.crashes.clear();
         let Restart { cause, resets, safe, crash } = restart;
         let (severity, barred) = match (resets, safe) {
             (_, true) => (Severity::Critical, "; too many in too short a time: safe mode"),
@@ -404,6 +409,14 @@ impl Model {
         self.note(severity, text);
         if let Some(crash) = crash {
             self.note(Severity::Critical, format!("before it: {crash}"));
+        }
+    }
+
+    fn crashed(&mut self, crash: KeptCrash) {
+        // told again with each answer to `Hello`
+        if !self.crashes.contains(&crash) {
+            self.crashes.push(crash);
+            self.note(Severity::Warning, format!("an earlier crash: {crash}"));
         }
     }
 
@@ -434,6 +447,10 @@ impl Model {
         if let Some(hardware) = health.hardware {
             if hardware.supply_dips > before.supply_dips {
                 self.journal.note(self.when(), Severity::Critical, "the board's supply fell".to_owned());
+            }
+            if hardware.lost_edges > before.lost_edges {
+                let text = format!("{} pulse edges came too fast to be told apart", hardware.lost_edges);
+                self.journal.note(self.when(), Severity::Warning, text);
             }
             let [mended, lost] = hardware.wrong_bits;
             if hardware.wrong_bits != before.wrong_bits {
