@@ -11,7 +11,7 @@ use crate::statistics::{self, NoiseColour};
 use crate::whitener::{Pass, Residual};
 use backseat_core::dynamics::Attitude;
 use backseat_core::effects::{SensorChannel, Step};
-use backseat_core::navigation::{ProcessModel, models};
+use backseat_core::navigation::{LONGEST_HOLD_S, ProcessModel, models};
 use backseat_core::state::{self, P, PHI, PSI, U, VehicleState, X, Y, Z, wrap_angle};
 use backseat_estimation::filter::{self, FilterOptions, FilterRun};
 use backseat_logs::log::Column;
@@ -340,8 +340,12 @@ fn against_truth(run: &FilterRun, truth: &Truth) -> Vec<(u64, f64)> {
 fn against_fixes(run: &FilterRun, log: &Log) -> Vec<(u64, f64)> {
     let first = log.rows.iter().find(|row| row.gnss_m().is_some()).map_or(0, |row| row.time_us);
     let last = first + (FIXES_USED_S * 1e6) as u64;
+    // Behind a silence the track is where a guess and ranges put it, and says nothing of the model.
+    let silence_us = (LONGEST_HOLD_S * 1e6) as u64;
+    let silent = log.rows.windows(2).find(|pair| pair[1].time_us - pair[0].time_us > silence_us);
+    let until = silent.map_or(u64::MAX, |pair| pair[0].time_us);
     let mut errors = Vec::new();
-    for row in log.rows.iter().filter(|row| row.time_us > last) {
+    for row in log.rows.iter().filter(|row| row.time_us > last && row.time_us <= until) {
         let Some(fix) = row.gnss_m() else { continue };
         let after = run.track.partition_point(|s| s.time_us < row.time_us);
         let (Some(b), Some(a)) = (run.track.get(after), after.checked_sub(1).map(|i| &run.track[i])) else { continue };

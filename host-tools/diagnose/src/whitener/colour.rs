@@ -47,18 +47,20 @@ impl ColourStates {
                 colours.push(*colour);
             }
         }
-        let count = colours.len();
-        let mut own = vec![0.0; count * count];
-        for (j, colour) in colours.iter().enumerate() {
-            own[j * count + j] = colour.sigma * colour.sigma;
-        }
-        Self {
-            colours,
-            places,
-            value: vec![0.0; count],
-            cross: vec![[0.0; 12]; count],
-            own,
-            kept: (f64::NAN, vec![1.0; count]),
+        let kept = (f64::NAN, vec![1.0; colours.len()]);
+        let mut states = Self { colours, places, kept, ..Self::default() };
+        states.forget();
+        states
+    }
+
+    /// As before the first reading.
+    pub(super) fn forget(&mut self) {
+        let count = self.colours.len();
+        self.value = vec![0.0; count];
+        self.cross = vec![[0.0; 12]; count];
+        self.own = vec![0.0; count * count];
+        for (j, colour) in self.colours.iter().enumerate() {
+            self.own[j * count + j] = colour.sigma * colour.sigma;
         }
     }
 

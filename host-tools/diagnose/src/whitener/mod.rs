@@ -22,7 +22,7 @@ use crate::normal_equations::{BlockEquations, BlockEquationsBuilder};
 use crate::regressors::{Proposed, Regressor, Target, Variation};
 use crate::samples::{LogEvent, Reading, ResidualChannel, Samples};
 use backseat_core::dynamics::VehicleParameters;
-use backseat_core::navigation::{ProcessNoise, SensorNoise, SurfaceNoise};
+use backseat_core::navigation::{LONGEST_HOLD_S, ProcessNoise, SensorNoise, SurfaceNoise};
 use backseat_core::parameters::Installation;
 use backseat_core::state::{PSI, VehicleState};
 use backseat_estimation::commands::InputLine;
@@ -134,6 +134,7 @@ pub fn run(setup: &Setup, samples: &Samples, set: &Effects, terms: &[Regressor])
     rayon::in_place_scope(|scope| {
         let mut builder = BlockEquationsBuilder::new(columns, setup.block_s, scope);
         for (t_s, event) in &samples.events {
+            filter.begin_anew_after_silence(*t_s);
             match event {
                 LogEvent::Input(input) => {
                     if filter.is_started() {
@@ -318,6 +319,16 @@ impl<'a> Filter<'a> {
 
     fn is_started(&self) -> bool {
         self.start.is_none()
+    }
+
+    /// Inputs hold for so long only: behind a longer silence it begins anew, at the next fix.
+    fn begin_anew_after_silence(&mut self, t_s: f64) {
+        if self.is_started() && t_s - self.t_s > LONGEST_HOLD_S {
+            self.start = Some(Start::default());
+            self.p = matrix::ZERO;
+            self.slopes.fill([0.0; LANES]);
+            self.colours.forget();
+        }
     }
 
     /// Gathers what it needs to begin; `true` once it runs.

@@ -36,7 +36,8 @@ pub struct Filter {
     pub(super) peers: Peers,
     /// When a position or a velocity was last used, µs.
     pub(super) heard_us: u64,
-    /// The vehicle has lain at the surface with its elevators hard over for this time, s.
+    /// The vehicle has lain at the surface with its elevators hard over for this time, s; infinite while its input is
+    /// unknown.
     pub(super) held_s: f64,
     /// It hangs: [`Filter::watch_pitch`].
     pub(super) hangs: bool,

@@ -7,9 +7,9 @@ use crate::effects::Step;
 use crate::navigation::algebra::layout::{EFFECTS, SHIP_VELOCITY};
 use crate::navigation::algebra::observer::{LinearStep, Observer};
 use crate::navigation::algebra::propagation::{propagate_double_integrator, propagate_vehicle};
-use crate::navigation::interface::config::{ProcessModel, SurfaceNoise};
+use crate::navigation::interface::config::{LONGEST_HOLD_S, ProcessModel, SurfaceNoise, UNKNOWN_INPUT};
 use crate::navigation::interface::error::NavigationError;
-use crate::state::{self, THETA, VEHICLE_STATES, X, Y, Z};
+use crate::state::{self, P, Q, R, THETA, V, VEHICLE_STATES, W, X, Y, Z};
 
 /// Longest step while the gap is at most [`MOST_STEPS`] of them, µs.
 const STEP_US: u64 = 100_000;
@@ -29,7 +29,8 @@ impl Filter {
     /// Moves the filter to `to_us` under an input that is constant since the last call.
     ///
     /// The gap is split into equal steps of at most 0.1 s; from one minute on there are 600 steps,
-    /// which grow up to 1 s. Each step is the zero-order hold of the model linearised at its start.
+    /// which grow up to 1 s. Each step is the zero-order hold of the model linearised at its start. From [`LONGEST_HOLD_S`]
+    /// on the input is unknown: the vehicle goes on straight, by the kinematic model under [`UNKNOWN_INPUT`].
     ///
     /// # Errors
     /// See [`NavigationError`]; a refused call leaves the filter as it was, a failure is kept.
@@ -66,7 +67,8 @@ impl Filter {
             let step_s = gap_us as f64 * 1.0e-6 / steps as f64;
             let start_s = self.effect_time_s();
             for k in 0..steps {
-                self.predict_step(start_s + k as f64 * step_s, step_s, input);
+                let since_s = k as f64 * step_s;
+                self.predict_step(start_s + since_s, step_s, (since_s < LONGEST_HOLD_S).then_some(input));
                 observer.observe(&LinearStep::Transition(self.transition(step_s)));
             }
         }
@@ -76,18 +78,28 @@ impl Filter {
         health
     }
 
-    fn predict_step(&mut self, t_s: f64, step_s: f64, input: &ActuatorInput) {
+    /// `None`: the input is unknown.
+    fn predict_step(&mut self, t_s: f64, step_s: f64, input: Option<&ActuatorInput>) {
         if self.effects.is_stale(t_s)
             && let Some(model) = &mut self.model
         {
             self.effects.retune(model, t_s, &self.config, &self.x);
         }
-        self.held_s = if self.lies_at_surface(input) { self.held_s + step_s } else { 0.0 };
-        if self.effects.actuate() {
-            let input = self.effects.actuated(input, &Step { t_s, h_s: step_s }, &self.config, &self.x);
-            self.discretise(step_s, &input);
-        } else {
-            self.discretise(step_s, input);
+        match input {
+            None => {
+                [V, W, P, Q, R].iter().for_each(|state| self.x.vehicle[*state] = 0.0);
+                self.held_s = f64::INFINITY;
+                self.discretise(step_s, &ActuatorInput::default());
+            }
+            Some(input) => {
+                self.held_s = if self.lies_at_surface(input) { self.held_s + step_s } else { 0.0 };
+                if self.effects.actuate() {
+                    let input = self.effects.actuated(input, &Step { t_s, h_s: step_s }, &self.config, &self.x);
+                    self.discretise(step_s, &input);
+                } else {
+                    self.discretise(step_s, input);
+                }
+            }
         }
         self.propagate(step_s);
     }
@@ -108,7 +120,9 @@ impl Filter {
             }
             _ => kinematic_linearise(&self.x.vehicle),
         };
-        let psd = if is_held {
+        let psd = if self.held_s == f64::INFINITY {
+            UNKNOWN_INPUT.psd()
+        } else if is_held {
             SurfaceNoise::KINEMATIC.noise.psd()
         } else {
             self.config.psd_at(self.x.vehicle[Z], self.monitor.waves.sea_factor())
@@ -171,8 +185,12 @@ impl Filter {
             }
         }
         if let Some(at) = self.x.layout.ship() {
-            let linear = self.config.ship_noise.linear_mps2_per_sqrt_hz;
-            let angular = self.config.ship_noise.angular_radps2_per_sqrt_hz;
+            let [mut linear, mut angular] =
+                [self.config.ship_noise.linear_mps2_per_sqrt_hz, self.config.ship_noise.angular_radps2_per_sqrt_hz];
+            if self.held_s == f64::INFINITY {
+                linear = linear.max(UNKNOWN_INPUT.linear_mps2_per_sqrt_hz[0]);
+                angular = angular.max(UNKNOWN_INPUT.angular_radps2_per_sqrt_hz[2]);
+            }
             for (i, root) in [linear, linear, angular].into_iter().enumerate() {
                 let (position, velocity) = (at + i, at + SHIP_VELOCITY + i);
                 self.x.add_tail(position, self.x.get(velocity) * step_s);

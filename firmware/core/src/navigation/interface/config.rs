@@ -46,6 +46,13 @@ impl SurfaceNoise {
     };
 }
 
+/// An input is taken to hold for so long, s; what moves the vehicle after that is unknown.
+pub const LONGEST_HOLD_S: f64 = 10.0;
+/// Process noise of a vehicle whose fins and propeller are unknown, by the kinematic model: after a minute it is as fast
+/// or slow as an AUV may be (0.8 m/s), has come to where it may be (27 m), and heads anywhere.
+pub const UNKNOWN_INPUT: ProcessNoise =
+    ProcessNoise { linear_mps2_per_sqrt_hz: [0.1, 0.03, 0.03], angular_radps2_per_sqrt_hz: [0.02, 0.02, 0.05] };
+
 /// The ship moves at constant velocity and turn rate, driven by white acceleration.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ShipNoise {

@@ -242,8 +242,8 @@ fn silence(log: &Log) -> Option<Finding> {
     }
     let from_s = log.rows[at].time_us as f64 * 1e-6;
     let message = format!(
-        "no row for {longest_s:.0} s from {from_s:.0} s on: filters hold the last fins and propeller for so long, and their \
-         track behind it is not to be trusted; cut the log there"
+        "no row for {longest_s:.0} s from {from_s:.0} s on: what the vehicle did then is unknown; its track finds it again by \
+         fixes and ranges, its diagnosis begins anew at the next fix and judges no position"
     );
     Some(Finding::new(Severity::Remark, None, message))
 }
