@@ -113,6 +113,27 @@ fn val_noise_of_another_size_than_declared() {
     }
 }
 
+/// Five minutes of which nothing was logged are no effect, and hide none on either side of them.
+#[test]
+fn a_silence_is_no_effect_and_hides_none() {
+    let mut spec = Spec::new(VehicleFile::reference());
+    (spec.duration_s, spec.shape) = (1200.0, Shape::Surfacing);
+    for (effects, seed) in [(vec![], 53), (vec!["water_current:north_mps=0.06,east_mps=-0.04"], 54)] {
+        spec.effects = effects.iter().map(|text| Request::parse(text).unwrap()).collect();
+        let mut log = dataset::simulate(&spec, seed).log;
+        log.rows.retain(|row| !(400_000_000..700_000_000).contains(&row.time_us));
+        let mut log_data = PreparedLog::new(&log, &spec.vehicle, true).unwrap();
+        let d = diagnosis::run(&mut log_data, |_| {}).unwrap();
+        let scores =
+            scores::of(&log_data, &d.after, &d.set(&spec.vehicle.effects.set.into()), &log, &spec.vehicle, None, true);
+        let d = floor::under(d, &log_data, &scores.unwrap());
+        let found: Vec<&str> = d.effects.iter().map(|found| found.instance.candidate.effect).collect();
+        let (verdict, names) =
+            if effects.is_empty() { (Verdict::None, vec![]) } else { (Verdict::Explained, vec!["water_current"]) };
+        assert_eq!((d.verdict, found), (verdict, names), "seed {seed}: {} {:?}", d.reason, d.remaining);
+    }
+}
+
 /// Nothing good is said of a log with its heading negated, nor of one that is too short for anything to judge it.
 #[test]
 fn the_floor_under_every_word() {
