@@ -275,11 +275,9 @@ impl Decoding {
                         self.clock = UtcClock::synchronised(time_us, telemetry.utc_us);
                     }
                 }
-                Ok(FromBoard::Hello { firmware, image, .. }) => {
-                    if self.image.replace(image) != Some(image) {
-                        let firmware = backseat_link::printable(firmware);
-                        out(Found { time_us, what: What::Event(EventKind::Start, format!("{firmware} ({image})")) });
-                    }
+                Ok(FromBoard::Hello { firmware, image, .. }) if self.image.replace(image) != Some(image) => {
+                    let firmware = backseat_link::printable(firmware);
+                    out(Found { time_us, what: What::Event(EventKind::Start, format!("{firmware} ({image})")) });
                 }
                 Ok(FromBoard::Restart(Restart { crash: Some(crash), .. })) if self.crashes.is_new(&crash) => {
                     out(Found { time_us, what: What::Event(EventKind::Start, format!("before its start: {crash}")) });
