@@ -22,6 +22,12 @@ pub struct Serial {
     patience: Duration,
 }
 
+/// How many times slower than its own time the board may be: 1, but for one that is emulated (`BACKSEAT_SLOWNESS`).
+#[must_use]
+pub fn slowness() -> u32 {
+    std::env::var("BACKSEAT_SLOWNESS").ok().and_then(|text| text.parse().ok()).filter(|times| *times > 0).unwrap_or(1)
+}
+
 fn open(name: &PortName) -> anyhow::Result<TTYPort> {
     name.open(POLL).with_context(|| format!("{name}: cannot be opened as a serial port"))
 }
@@ -50,7 +56,7 @@ impl Serial {
     pub fn host(name: &PortName) -> anyhow::Result<Self> {
         let mut ports = [const { None }; 5];
         ports[Port::Host as usize] = Some(open(name)?);
-        Ok(Self { ports, patience: BENCH_PATIENCE })
+        Ok(Self { ports, patience: BENCH_PATIENCE * slowness() })
     }
 
     /// Forgets what has come by now.

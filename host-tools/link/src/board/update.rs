@@ -2,6 +2,7 @@
 
 use super::{Board, reason};
 use crate::image::FirmwareImage;
+use crate::serial::slowness;
 use anyhow::bail;
 use backseat_report::console::{Progress, Spinner};
 use backseat_wire::hostlink::{FromBoard, Images, Refusal, ToBoard, UPDATE_CHUNK};
@@ -53,7 +54,7 @@ impl Board {
             let connected = Self::connect(&port, key);
             match connected {
                 Ok(board) if board.identity.image.build == image.build => return Ok(board),
-                outcome if begun.elapsed() > START => match outcome {
+                outcome if begun.elapsed() > START * slowness() => match outcome {
                     Ok(board) => bail!(
                         "{port}: the board runs image {:08x}, not {:08x}: the new one failed, or the banks were not \
                          exchanged",
@@ -77,7 +78,7 @@ impl Board {
         let spinner = Spinner::new("update");
         spinner.set("the new image proves itself");
         let (begun, mut steps) = (Instant::now(), 0);
-        while steps < PROOF_STEPS && begun.elapsed() < PROOF {
+        while steps < PROOF_STEPS && begun.elapsed() < PROOF * slowness() {
             steps += self.listen(MOMENT)?.len();
         }
         if steps < PROOF_STEPS {
