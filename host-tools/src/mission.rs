@@ -23,6 +23,7 @@ Examples:
 PORT is the board's host port, with :BAUD behind it where that is not 115200. A mission file:
 
   separate = \"on legs\"       # optional, above all tables: \"never\", \"on legs\" or \"free\" for manoeuvres that tell causes apart
+  log_required = false       # optional, there too: without the board's own log `check` says NO GO, unless it is false
 
   [[mission.waypoints]]      # one for each leg, in order
   x_m = 120.0                # north
@@ -37,7 +38,7 @@ PORT is the board's host port, with :BAUD behind it where that is not 115200. A 
   horizontal_m = 60.0
   depth_m = 25.0
 
-The [mission], [fence], [alert] and separate of a simulator's scenario do as well, lawnmower included.";
+The [mission], [fence], [alert], separate and log_required of a simulator's scenario do as well, lawnmower included.";
 
 /// A step takes 0.1 s; a few of them.
 const MOMENT: Duration = Duration::from_millis(400);
@@ -114,7 +115,9 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
             let separate = value(&parameters, SEPARATE);
             let separate =
                 Separate::ALL.map(|(own, _)| own).into_iter().skip(1).find(|own| Some(own.parameter()) == separate);
-            let stored = StoredMission { waypoints, fence_m, alerts_m, separate };
+            // one that is required is the default
+            let log_required = (value(&parameters, LOG_REQUIRED) == Some(0.0)).then_some(false);
+            let stored = StoredMission { waypoints, fence_m, alerts_m, separate, log_required };
             let text = mission_file::text_of(&stored);
             let StoredMission { waypoints, fence_m, .. } = stored;
             if let Some(path) = path {
@@ -142,10 +145,14 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
 /// Replaces the board's mission and, if there are others with it, alert limits and manoeuvres; what is to be said of them.
 pub fn put(board: &mut Board, stored: &StoredMission) -> anyhow::Result<Vec<String>> {
     let warnings = stored.alerts_m.map_or(Ok(Vec::new()), |alerts_m| set_alerts(board, alerts_m))?;
-    if let Some(separate) = stored.separate {
+    let separate = stored.separate.map(|separate| (SEPARATE.to_owned(), separate.parameter()));
+    let log_required = stored.log_required.map(|required| (LOG_REQUIRED.to_owned(), f64::from(u8::from(required))));
+    let mut wanted: Vec<_> = separate.into_iter().chain(log_required).collect();
+    if !wanted.is_empty() {
         let parameters = board.parameters()?;
-        if value(&parameters, SEPARATE) != Some(separate.parameter()) {
-            board.set_parameters(&[(SEPARATE.to_owned(), separate.parameter())], &parameters, false)?;
+        wanted.retain(|(name, wanted)| value(&parameters, name) != Some(*wanted));
+        if !wanted.is_empty() {
+            board.set_parameters(&wanted, &parameters, false)?;
         }
     }
     board.set_mission(&stored.waypoints, &stored.fence_m)?;
@@ -153,6 +160,7 @@ pub fn put(board: &mut Board, stored: &StoredMission) -> anyhow::Result<Vec<Stri
 }
 
 const SEPARATE: &str = "app.separate";
+const LOG_REQUIRED: &str = "app.log_required";
 
 fn value(parameters: &[Declared], name: &str) -> Option<f64> {
     parameters.iter().find(|parameter| parameter.name == name).map(|found| found.value)

@@ -41,7 +41,7 @@ pub fn board_parameters(scenario: &Scenario) -> Vec<(String, f64)> {
         ControlLaw::LqrOnReference => 2.0,
     };
     let helm = backseat.control_mode == ControlMode::Oms;
-    let app: [(&str, f64); 18] = [
+    let app: [(&str, f64); 19] = [
         ("app.origin_lat_deg", environment.origin_latitude_deg),
         ("app.origin_lon_deg", environment.origin_longitude_deg),
         ("app.declination_rad", environment.magnetic_declination_rad),
@@ -56,6 +56,7 @@ pub fn board_parameters(scenario: &Scenario) -> Vec<(String, f64)> {
         ("app.alert_horizontal_m", settings.alert.horizontal_m),
         ("app.alert_depth_m", settings.alert.depth_m),
         ("app.separate", settings.separate.parameter()),
+        ("app.log_required", f64::from(u8::from(settings.log_required))),
         ("app.current_state", f64::from(u8::from(backseat.current_state))),
         ("app.control_law", control_law),
         ("app.control_mode", f64::from(u8::from(helm))),

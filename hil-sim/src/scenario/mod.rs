@@ -63,6 +63,9 @@ pub struct Settings {
     /// Whether a manoeuvre may tell two causes apart.
     #[serde(default)]
     pub separate: Separate,
+    /// The mission is not to begin without the board's own log.
+    #[serde(default = "sections::log_required")]
+    pub log_required: bool,
     /// The polygon that it must not leave.
     #[serde(default)]
     pub fence: Fence,

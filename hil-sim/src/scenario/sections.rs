@@ -7,6 +7,11 @@ use crate::quantity::{self, settings};
 use backseat_wire::ship_state::Key;
 use serde::Deserialize;
 
+/// The default of `log_required`.
+pub(super) const fn log_required() -> bool {
+    true
+}
+
 /// The default of `epilogue_s`.
 pub(super) const fn epilogue_s() -> f64 {
     10.0

@@ -1,4 +1,5 @@
-//! The mission file: `[mission]`, `[fence]`, `[alert]` and `separate` of a simulator's scenario, or of a file of its own.
+//! The mission file: `[mission]`, `[fence]`, `[alert]`, `separate` and `log_required` of a simulator's scenario, or of a
+//! file of its own.
 
 use backseat_logs::DataError;
 use backseat_wire::hostlink::Waypoint;
@@ -15,6 +16,7 @@ struct MissionFile {
     fence: Fence,
     alert: Option<Alert>,
     separate: Option<Separate>,
+    log_required: Option<bool>,
 }
 
 /// A mission as a board stores it.
@@ -28,6 +30,8 @@ pub struct StoredMission {
     pub alerts_m: Option<[f64; 2]>,
     /// Whether a manoeuvre may tell two causes apart; `None`: what the board has stays.
     pub separate: Option<Separate>,
+    /// Whether it is not to begin without the board's own log; `None`: what the board has stays.
+    pub log_required: Option<bool>,
 }
 
 /// The waypoints of a mission file, and its fence.
@@ -50,17 +54,21 @@ pub fn parse(text: &str, path: &Path) -> Result<StoredMission, DataError> {
         return Err(DataError::file(path, "mission.waypoints: a mission needs at least one"));
     }
     let alerts_m = file.alert.map(|Alert { horizontal_m, depth_m }| [horizontal_m, depth_m]);
-    Ok(StoredMission { waypoints, fence_m: file.fence.corners_m, alerts_m, separate: file.separate })
+    let MissionFile { fence: Fence { corners_m: fence_m }, separate, log_required, .. } = file;
+    Ok(StoredMission { waypoints, fence_m, alerts_m, separate, log_required })
 }
 
 /// The text of a mission file; without corners it has no fence.
 pub fn text_of(stored: &StoredMission) -> String {
-    let StoredMission { waypoints, fence_m, alerts_m, separate } = stored;
+    let StoredMission { waypoints, fence_m, alerts_m, separate, log_required } = stored;
     let mut text = String::from(
         "# Mission: waypoints in the local frame (x north, y east); depth and speed are those of the leg that ends there.\n",
     );
     if let Some((_, word)) = Separate::ALL.iter().find(|(own, _)| Some(*own) == *separate) {
         let _ = write!(text, "\nseparate = \"{word}\"\n");
+    }
+    if let Some(log_required) = log_required {
+        let _ = write!(text, "\nlog_required = {log_required}\n");
     }
     for Waypoint { x_m, y_m, depth_m, speed_mps } in waypoints {
         let _ = write!(
@@ -88,9 +96,11 @@ mod tests {
         for fence_m in [vec![], vec![[0.0, -1e5], [1.0 / 3.0, 0.0], [5.0, 5.0]]] {
             for alerts_m in [None, Some([25.0, 2.5])] {
                 for separate in [None, Some(Separate::Never), Some(Separate::OnLegs), Some(Separate::Free)] {
-                    let waypoints = waypoints.to_vec();
-                    let stored = StoredMission { waypoints, fence_m: fence_m.clone(), alerts_m, separate };
-                    assert_eq!(parse(&text_of(&stored), Path::new("m.toml")).unwrap(), stored);
+                    for log_required in [None, Some(false), Some(true)] {
+                        let (waypoints, fence_m) = (waypoints.to_vec(), fence_m.clone());
+                        let stored = StoredMission { waypoints, fence_m, alerts_m, separate, log_required };
+                        assert_eq!(parse(&text_of(&stored), Path::new("m.toml")).unwrap(), stored);
+                    }
                 }
             }
         }
@@ -123,6 +133,7 @@ mod tests {
             (good.clone() + "[fence]\ncorners_m = [[1.0, nan]]\n", "m.toml:9:", "outside"),
             (good.clone() + "[alert]\nhorizontal_m = -1.0\n", "m.toml:9:", "horizontal_m"),
             ("separate = \"always\"\n".to_owned() + &good, "m.toml:1:12:", "always"),
+            ("log_required = \"no\"\n".to_owned() + &good, "m.toml:1:16:", "boolean"),
             (good.clone() + "[alert]\nacross_m = 1.0\n", "m.toml:9:", "across_m"),
         ];
         for (text, place, message) in cases {

@@ -230,6 +230,8 @@ fn oscillator(look: &Look) -> CheckLine {
 /// Without the board's own log nobody learns afterwards what it did.
 fn log(look: &Look) -> CheckLine {
     let BoardLog { state, lost_records } = look.counters.1.log;
+    // what an older board does not have, is required
+    let required = value(look, "app.log_required") != Some(0.0);
     let (found, verdict) = match state {
         LogState::NotFitted => ("this board keeps none".to_owned(), Verdict::Note),
         LogState::Writing if lost_records == 0 => ("being written".to_owned(), Verdict::Pass),
@@ -239,7 +241,12 @@ fn log(look: &Look) -> CheckLine {
             ("no card, or it failed or is full; it is tried again every 10 s".to_owned(), Verdict::Fail)
         }
     };
-    CheckLine::new(verdict, "board log", found)
+    match (verdict, required) {
+        (Verdict::Fail, false) => {
+            CheckLine::new(Verdict::Note, "board log", found + "; the mission does not require it (app.log_required)")
+        }
+        _ => CheckLine::new(verdict, "board log", found),
+    }
 }
 
 /// What should not happen on a board that is about to dive; what it has room for, where it says so.

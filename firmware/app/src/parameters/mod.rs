@@ -22,7 +22,7 @@ use backseat_wire::ship_state::Key;
 
 /// Version of the parameter list: grows with every change of a name, unit, place or meaning. A board's log has the
 /// values without their names.
-pub const PARAMETER_SCHEMA: u16 = 12;
+pub const PARAMETER_SCHEMA: u16 = 13;
 
 /// The active set and the one a transaction prepares.
 #[derive(Clone, Debug)]

@@ -184,6 +184,8 @@ backseat_core::with_defaults! {
         naming: NamingUse = NamingUse::Name,
         /// Whether a manoeuvre may tell two causes apart.
         separate: Separate = Separate::Never,
+        /// The mission wants the board's own log.
+        log_required: bool = true,
         /// Deepest estimate at which a fix is believed, m.
         gnss_max_depth_m: f64 = 1.0,
         /// AHRS protocol.

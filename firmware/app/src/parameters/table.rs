@@ -45,6 +45,7 @@ pub(super) const APP: &[Row<AppSettings>] = &[
     row!(real "app.level_probability_per_hour", "", "1/h", [1.0e-9, 0.1], "Probability in an hour that the error exceeds the protection level.", level_probability_per_hour),
     row!(choice "app.naming", "What changes in flight: 0 is not named; 1 is named, and nothing follows; 2 the filter predicts with a cause that is sure; 3 the controller steers with it too.", naming, [NamingUse::Off, NamingUse::Name, NamingUse::Navigate, NamingUse::All]),
     row!(choice "app.separate", "Manoeuvres that tell two causes apart which stay open: 0 none, 1 those that stay on the line, 2 also one that leaves it by up to 10 m.", separate, [Separate::Never, Separate::OnLegs, Separate::Free]),
+    row!(live flag "app.log_required", "The mission is not to begin without the board's own log: `backseat check` says NO GO where no card is written.", log_required),
     row!(live real "app.gnss_max_depth_m", "", "m", [0.0, 10.0], "A fix is fused only if the estimated depth is at most this.", gnss_max_depth_m),
     row!(choice "app.ahrs_protocol", "Protocol of the AHRS port: 0 MicroStrain 3DM-GX3, 1 MicroStrain MIP, 2 OceanServer OS5000.", ahrs_protocol, [AhrsProtocol::Gx3, AhrsProtocol::Mip, AhrsProtocol::Os5000]),
     row!(choice "app.dvl_source", "Source of DVL velocities: on the DVL port 0 PD0, 1 PD4 or PD5, 2 PD6; 3 the frontseat's $DVL.", dvl_source, [DvlSource::Pd0, DvlSource::Pd4, DvlSource::Pd6, DvlSource::Frontseat]),

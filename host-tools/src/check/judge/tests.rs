@@ -75,17 +75,38 @@ fn an_image_on_trial_is_no_go() {
     }
 }
 
+/// A flag as the board declares it.
+fn flag(name: &'static str, value: f64) -> Declared {
+    let (unit, min, max) = ("1", 0.0, 1.0);
+    Declared::new(&ParameterInfo { index: 0, count: 1, name, unit, value, min, max, default: 1.0 }, false)
+}
+
+#[test]
+fn no_log_is_no_go_unless_the_mission_says_otherwise() {
+    let of = |state, parameters| {
+        let mut look = look([0; 5], [0; 5]);
+        look.counters.1.log = BoardLog { state, lost_records: 0 };
+        look.parameters = parameters;
+        log(&look).verdict
+    };
+    for (state, verdict) in [
+        (LogState::NotFitted, Verdict::Note),
+        (LogState::Searching, Verdict::Fail),
+        (LogState::Failed, Verdict::Fail),
+        (LogState::Writing, Verdict::Pass),
+    ] {
+        assert_eq!(of(state, Vec::new()), verdict, "{state:?}");
+        assert_eq!(of(state, vec![flag("app.log_required", 1.0)]), verdict, "{state:?}");
+        let optional = if verdict == Verdict::Fail { Verdict::Note } else { verdict };
+        assert_eq!(of(state, vec![flag("app.log_required", 0.0)]), optional, "{state:?}");
+    }
+}
+
 #[test]
 fn a_board_without_pps_fails_where_a_computer_is_noted() {
-    let used = |min, max| {
-        Declared::new(
-            &ParameterInfo { index: 0, count: 1, name: "app.use_range", unit: "1", value: 1.0, min, max, default: 1.0 },
-            false,
-        )
-    };
     for (hardware, verdict) in [(None, Verdict::Note), (Some(Hardware::default()), Verdict::Fail)] {
         let mut look = look([0; 5], [0; 5]);
-        look.parameters = vec![used(0.0, 1.0)];
+        look.parameters = vec![flag("app.use_range", 1.0)];
         look.counters.1.hardware = hardware;
         assert_eq!(pps(&look).verdict, verdict, "{hardware:?}");
     }
