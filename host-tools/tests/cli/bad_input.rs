@@ -234,7 +234,7 @@ fn texts() -> Vec<Kind> {
                 MAP,
                 "map.toml",
                 &[
-                    ("unknown unit", "unit = \"m\"", "unit = \"fathom\"", &["FILE:7:8: ", "columns.depth_m.unit"]),
+                    ("unknown unit", "unit = \"m\"", "unit = \"furlong\"", &["FILE:7:8: ", "columns.depth_m.unit"]),
                     (
                         "unit of another quantity",
                         "unit = \"deg\"",

@@ -259,7 +259,8 @@ fn a_boards_log_gives_the_same_tables() {
         assert!(read("session") == read("board"), "{name}");
     }
     let events = std::fs::read_to_string(folder.path().join("board/events.csv")).unwrap();
-    assert!(events.contains("board started, firmware 0.1.0 (no image of a chip, no release), PowerOn"), "{events}");
+    let started = "board started, firmware 0.1.0 (no image of a chip, no release, parameter list ";
+    assert!(events.contains(started) && events.contains("), PowerOn"), "{events}");
     // power lost in the middle: what there is, and a note
     std::fs::write(folder.path().join("LOG00008.BSL"), &card.0[..card.0.len() / 2]).unwrap();
     let summary = export(folder.path(), &["LOG00008.BSL", "--csv", "half"]);

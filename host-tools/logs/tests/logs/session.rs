@@ -216,7 +216,7 @@ fn a_boards_log_is_read_to_its_cut() {
         Event::Start {
             firmware: env!("CARGO_PKG_VERSION").to_owned(),
             parameter_schema: backseat_app::parameters::PARAMETER_SCHEMA,
-            image: ImageId::default(),
+            image: ImageId { parameters: backseat_app::store::FINGERPRINT, ..ImageId::default() },
             restart: RESTART,
             record: vec![1, 2, 3],
         },
