@@ -48,13 +48,6 @@ impl Wrong {
 
 /// Those that the tests of columns were tried on while they were written.
 pub fn known() -> Vec<Wrong> {
-    let mut list = single();
-    list.extend(composed());
-    list
-}
-
-/// Those of them that are one mistake each.
-pub fn single() -> Vec<Wrong> {
     let mut list = first();
     list.extend(looked_at());
     list
