@@ -106,32 +106,20 @@ pub(super) fn digest() -> Digest<'static, u32> {
     CRC.digest()
 }
 
-/// Distinguishes lists whose schema number was not raised: CRC-32 of the number, names and units. Computed by the
-/// compiler, with a CRC of its own: that of the library is no constant.
+/// Distinguishes lists whose schema number was not raised: CRC-32 of the number, names and units.
 pub const FINGERPRINT: u32 = {
-    let mut crc = crc_of(u32::MAX, &PARAMETER_SCHEMA.to_le_bytes());
+    let mut crc = CRC.digest();
+    crc.update(&PARAMETER_SCHEMA.to_le_bytes());
     let mut at = 0;
     while at < PARAMETERS.len() {
-        crc = crc_of(crc_of(crc, PARAMETERS[at].name.as_bytes()), &[0]);
-        crc = crc_of(crc_of(crc, PARAMETERS[at].unit().as_bytes()), &[0]);
+        crc.update(PARAMETERS[at].name.as_bytes());
+        crc.update(&[0]);
+        crc.update(PARAMETERS[at].unit().as_bytes());
+        crc.update(&[0]);
         at += 1;
     }
-    !crc
+    crc.finalize()
 };
-
-const fn crc_of(mut crc: u32, bytes: &[u8]) -> u32 {
-    let mut at = 0;
-    while at < bytes.len() {
-        crc ^= bytes[at] as u32;
-        let mut bit = 0;
-        while bit < 8 {
-            crc = crc >> 1 ^ if crc & 1 == 0 { 0 } else { 0xEDB8_8320 };
-            bit += 1;
-        }
-        at += 1;
-    }
-    crc
-}
 
 /// Word `index` of a copy, one of values (from 1 on).
 pub(super) fn encode_values(index: usize, settings: &Settings) -> [u8; WORD] {
