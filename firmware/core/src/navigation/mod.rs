@@ -64,7 +64,7 @@ pub use filter::cekf::Filter;
 pub use filter::estimates::{ESTIMATE_NAMES, ESTIMATE_UNITS, StateEstimate};
 pub use filter::prediction::MAX_GAP_US;
 pub use integrity::{Aiding, Area, Declared, Followed, HYPOTHESES, Hypothesis, Level, Nuisance, ProtectionLevel};
-pub use interface::config::{LONGEST_HOLD_S, NavigationConfig, ProcessModel, ShipNoise, SurfaceNoise, UNKNOWN_INPUT};
+pub use interface::config::{LONGEST_HOLD_S, NavigationConfig, ProcessModel, ShipNoise, SurfaceNoise};
 pub use interface::effect_states::{EffectState, EffectStates, StateParameter};
 pub use interface::error::{CloneError, ConfigError, NavigationError};
 pub use interface::initial::{InitialShip, InitialSpeed, InitialState};

@@ -36,9 +36,10 @@ pub struct Filter {
     pub(super) peers: Peers,
     /// When a position or a velocity was last used, µs.
     pub(super) heard_us: u64,
-    /// The vehicle has lain at the surface with its elevators hard over for this time, s; infinite while its input is
-    /// unknown.
+    /// The vehicle has lain at the surface with its elevators hard over for this time, s.
     pub(super) held_s: f64,
+    /// Fins and propeller have not been heard of for longer than they are taken to hold.
+    pub(super) is_input_unknown: bool,
     /// It hangs: [`Filter::watch_pitch`].
     pub(super) hangs: bool,
     /// What the declared model lacks.
@@ -69,6 +70,7 @@ impl Filter {
             peers: Peers::NONE,
             heard_us: 0,
             held_s: 0.0,
+            is_input_unknown: false,
             hangs: false,
             effects: Effects::new(),
             step: Discretisation::new(),

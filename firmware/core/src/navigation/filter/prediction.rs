@@ -7,9 +7,11 @@ use crate::effects::Step;
 use crate::navigation::algebra::layout::{EFFECTS, SHIP_VELOCITY};
 use crate::navigation::algebra::observer::{LinearStep, Observer};
 use crate::navigation::algebra::propagation::{propagate_double_integrator, propagate_vehicle};
-use crate::navigation::interface::config::{LONGEST_HOLD_S, ProcessModel, SurfaceNoise, UNKNOWN_INPUT};
+use crate::navigation::interface::config::{
+    LONGEST_HOLD_S, ProcessModel, SurfaceNoise, UNKNOWN_INPUT, UNKNOWN_POSE_RAD, UNKNOWN_RATE_RADPS,
+};
 use crate::navigation::interface::error::NavigationError;
-use crate::state::{self, P, Q, R, THETA, V, VEHICLE_STATES, W, X, Y, Z};
+use crate::state::{self, P, PHI, Q, R, THETA, V, VEHICLE_STATES, W, X, Y, Z};
 
 /// Longest step while the gap is at most [`MOST_STEPS`] of them, µs.
 const STEP_US: u64 = 100_000;
@@ -30,7 +32,7 @@ impl Filter {
     ///
     /// The gap is split into equal steps of at most 0.1 s; from one minute on there are 600 steps,
     /// which grow up to 1 s. Each step is the zero-order hold of the model linearised at its start. From [`LONGEST_HOLD_S`]
-    /// on the input is unknown: the vehicle goes on straight, by the kinematic model under [`UNKNOWN_INPUT`].
+    /// on the input is unknown: the vehicle goes on straight, by the kinematic model, as uncertain as an AUV may move.
     ///
     /// # Errors
     /// See [`NavigationError`]; a refused call leaves the filter as it was, a failure is kept.
@@ -71,6 +73,11 @@ impl Filter {
                 self.predict_step(start_s + since_s, step_s, (since_s < LONGEST_HOLD_S).then_some(input));
                 observer.observe(&LinearStep::Transition(self.transition(step_s)));
             }
+            if self.is_input_unknown {
+                let pose = (PHI..).zip(UNKNOWN_POSE_RAD);
+                let rates = (P..).zip([UNKNOWN_RATE_RADPS; 3]);
+                pose.chain(rates).for_each(|(at, sigma)| self.p.add(at, at, sigma * sigma));
+            }
         }
         self.time_us = to_us;
         let health = self.health();
@@ -85,10 +92,11 @@ impl Filter {
         {
             self.effects.retune(model, t_s, &self.config, &self.x);
         }
+        self.is_input_unknown = input.is_none();
         match input {
             None => {
                 [V, W, P, Q, R].iter().for_each(|state| self.x.vehicle[*state] = 0.0);
-                self.held_s = f64::INFINITY;
+                self.held_s = 0.0;
                 self.discretise(step_s, &ActuatorInput::default());
             }
             Some(input) => {
@@ -108,7 +116,7 @@ impl Filter {
     #[doc(hidden)]
     pub fn discretise(&mut self, step_s: f64, input: &ActuatorInput) {
         self.step.effect_count = 0;
-        let is_held = self.held_s > HELD_S || self.hangs;
+        let is_held = self.is_input_unknown || self.held_s > HELD_S || self.hangs;
         let mut linearisation = match (self.config.process_model, &self.model) {
             (ProcessModel::Dynamic, Some(model)) if !is_held => {
                 let linearisation = model.linearise(&self.x.vehicle, input);
@@ -120,7 +128,7 @@ impl Filter {
             }
             _ => kinematic_linearise(&self.x.vehicle),
         };
-        let psd = if self.held_s == f64::INFINITY {
+        let psd = if self.is_input_unknown {
             UNKNOWN_INPUT.psd()
         } else if is_held {
             SurfaceNoise::KINEMATIC.noise.psd()
@@ -185,12 +193,10 @@ impl Filter {
             }
         }
         if let Some(at) = self.x.layout.ship() {
-            let [mut linear, mut angular] =
-                [self.config.ship_noise.linear_mps2_per_sqrt_hz, self.config.ship_noise.angular_radps2_per_sqrt_hz];
-            if self.held_s == f64::INFINITY {
-                linear = linear.max(UNKNOWN_INPUT.linear_mps2_per_sqrt_hz[0]);
-                angular = angular.max(UNKNOWN_INPUT.angular_radps2_per_sqrt_hz[2]);
-            }
+            let linear = self.config.ship_noise.linear_mps2_per_sqrt_hz;
+            let angular = self.config.ship_noise.angular_radps2_per_sqrt_hz;
+            let linear =
+                if self.is_input_unknown { linear.max(UNKNOWN_INPUT.linear_mps2_per_sqrt_hz[0]) } else { linear };
             for (i, root) in [linear, linear, angular].into_iter().enumerate() {
                 let (position, velocity) = (at + i, at + SHIP_VELOCITY + i);
                 self.x.add_tail(position, self.x.get(velocity) * step_s);

@@ -48,10 +48,15 @@ impl SurfaceNoise {
 
 /// An input is taken to hold for so long, s; what moves the vehicle after that is unknown.
 pub const LONGEST_HOLD_S: f64 = 10.0;
-/// Process noise of a vehicle whose fins and propeller are unknown, by the kinematic model: after a minute it is as fast
-/// or slow as an AUV may be (0.8 m/s), has come to where it may be (27 m), and heads anywhere.
+/// Its process noise then, by the kinematic model: after a minute it is as fast or slow as an AUV may be, 0.8 m/s (one
+/// sigma), and 27 m from straight ahead to either side. Where it heads is no part of this: see `UNKNOWN_POSE_RAD`.
 pub const UNKNOWN_INPUT: ProcessNoise =
-    ProcessNoise { linear_mps2_per_sqrt_hz: [0.1, 0.03, 0.03], angular_radps2_per_sqrt_hz: [0.02, 0.02, 0.05] };
+    ProcessNoise { linear_mps2_per_sqrt_hz: [0.1, 0.1, 0.03], angular_radps2_per_sqrt_hz: [0.0; 3] };
+/// One sigma of roll, pitch and heading behind such a time, rad: an AUV's slopes, and any heading (π/√3). Added at its
+/// end: a linear filter would take what the heading may have been for hundreds of metres.
+pub const UNKNOWN_POSE_RAD: [f64; 3] = [0.3, 0.3, 1.8];
+/// One sigma of the rates then, rad/s.
+pub const UNKNOWN_RATE_RADPS: f64 = 0.2;
 
 /// The ship moves at constant velocity and turn rate, driven by white acceleration.
 #[derive(Clone, Copy, Debug, PartialEq)]
