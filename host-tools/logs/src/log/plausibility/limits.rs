@@ -4,6 +4,7 @@ use super::recording::Mend;
 use super::{ColumnSummary, Finding, Severity};
 use crate::log::{Column, Log};
 use crate::stats::percentile;
+use backseat_core::navigation::LONGEST_HOLD_S;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 /// Values of some columns that are plausible, in their units.
@@ -228,8 +229,6 @@ pub(super) fn time(log: &Log, columns: &[ColumnSummary]) -> Vec<Finding> {
 
 /// The longest time without any row, where rows are usually close.
 fn silence(log: &Log) -> Option<Finding> {
-    /// s; and so many times the median interval.
-    const LONGEST_SILENCE: [f64; 2] = [10.0, 20.0];
     if !log.runs.is_empty() {
         return None; // between runs nobody expects any
     }
@@ -237,7 +236,7 @@ fn silence(log: &Log) -> Option<Finding> {
         log.rows.windows(2).map(|pair| (pair[1].time_us - pair[0].time_us) as f64 * 1e-6).collect();
     let (at, longest_s) = intervals.iter().copied().enumerate().max_by(|a, b| a.1.total_cmp(&b.1))?;
     let median_s = percentile(&intervals, 0.5)?;
-    if longest_s <= LONGEST_SILENCE[0].max(LONGEST_SILENCE[1] * median_s) {
+    if longest_s <= LONGEST_HOLD_S || median_s > LONGEST_HOLD_S {
         return None;
     }
     let from_s = log.rows[at].time_us as f64 * 1e-6;
