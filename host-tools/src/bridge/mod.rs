@@ -5,6 +5,7 @@ mod counts;
 mod foxglove;
 mod imc;
 mod moos;
+mod pace;
 #[cfg(not(feature = "ros2"))]
 #[path = "no_ros2.rs"]
 mod ros2;
@@ -25,6 +26,7 @@ use backseat_report::console;
 use backseat_wire::hostlink::{Mode, Port, Telemetry};
 use commands::Commands;
 use counts::Counts;
+use pace::{Pace, Rate};
 use serde_json::{Map, Value, json};
 use std::fmt;
 use std::net::{IpAddr, SocketAddr};
@@ -40,7 +42,7 @@ Examples:
   backseat bridge /dev/ttyACM0 --foxglove 127.0.0.1:8765
   backseat bridge /dev/ttyACM0 --imc 224.0.75.69:30100 --name backseat
   backseat bridge /dev/ttyACM0 --ros2 0 --name auv
-  backseat bridge /dev/ttyACM0 --moos 127.0.0.1:9000 --for 600
+  backseat bridge /dev/ttyACM0 --moos 127.0.0.1:9000 --rate 1 --for 600
   backseat bridge /dev/ttyACM0 --moos 127.0.0.1:9000 --accept --key board.key
   backseat bridge out/survey-1/session.mcap --ros2 0
 
@@ -92,6 +94,9 @@ pub struct Args {
     /// The vehicle's number in IMC
     #[arg(long, default_value_t = 0x2001, value_name = "ID")]
     imc_id: u16,
+    /// Publish at most so many of the board's 10 telemetry records a second, and each change of mode
+    #[arg(long, value_name = "HZ")]
+    rate: Option<Rate>,
     /// End after this time
     #[arg(long = "for", value_name = "SECONDS", value_parser = crate::monitor::seconds)]
     time: Option<Duration>,
@@ -170,6 +175,7 @@ struct Sides {
     moos: Option<moos::Client>,
     ros2: Option<ros2::Node>,
     commands: Option<(Commands, Receiver<String>)>,
+    pace: Pace,
 }
 
 impl Sides {
@@ -197,11 +203,17 @@ impl Sides {
             moos: moos.map(|to| moos::Client::open(to, name, commands.as_ref().map(|(commands, _)| commands.clone()))),
             ros2: ros2.map(|domain| ros2::Node::open(domain, name, *accept)).transpose()?,
             commands,
+            pace: Pace::new(args.rate),
         })
     }
 
     fn take(&mut self, found: &Found<'_>, setting: Setting, utc_us: u64, arrived: Instant) -> anyhow::Result<()> {
         let Setting { frame, density_kg_per_m3 } = setting;
+        if let What::Telemetry(telemetry) = found.what
+            && !self.pace.lets(telemetry)
+        {
+            return Ok(());
+        }
         if let Some(topics) = &mut self.foxglove {
             let offset_us = i64::try_from(utc_us).unwrap_or(0) - i64::try_from(found.time_us).unwrap_or(0);
             topics.zero_ns = offset_us.saturating_mul(1000);
