@@ -7,8 +7,8 @@ use backseat_link::board::{Declared, Identity};
 use backseat_logs::data_sheets;
 use backseat_wire::calendar::DateTime;
 use backseat_wire::hostlink::{
-    BoardLog, Hardware, Health, Images, KeptCrash, LogState, Mode, ModeReason, Oscillator, Port, Restart, StoredImage,
-    Telemetry,
+    BoardLog, Hardware, Health, Images, KeptCrash, LogState, Mode, ModeReason, Oscillator, Port, Restart, Stack,
+    StoredImage, Telemetry,
 };
 use std::time::Duration;
 
@@ -17,9 +17,6 @@ const LEAST_RATE_HZ: f64 = 8.0;
 
 /// Two clocks that are set differ by less; which of them is wrong is for the operator to say.
 const CLOCK_DIFFERENCE_S: f64 = 5.0;
-
-/// Of a board's option bytes: 2.7 V.
-const HIGHEST_BROWN_OUT: u8 = 3;
 
 /// What was observed of a board.
 pub struct Look {
@@ -237,9 +234,11 @@ fn log(look: &Look) -> CheckLine {
         LogState::Writing if lost_records == 0 => ("being written".to_owned(), Verdict::Pass),
         LogState::Writing => (format!("being written; {lost_records} records lost since start"), Verdict::Note),
         LogState::Searching => ("the card has not answered yet".to_owned(), Verdict::Fail),
-        LogState::Failed => {
-            ("no card, or it failed or is full; it is tried again every 10 s".to_owned(), Verdict::Fail)
-        }
+        LogState::Failed => ("no card, or it failed; it is tried again every 10 s".to_owned(), Verdict::Fail),
+        LogState::Full => (
+            format!("the card is full, {lost_records} records lost since start; empty it, or take another"),
+            Verdict::Fail,
+        ),
     };
     match (verdict, required) {
         (Verdict::Fail, false) => {
@@ -252,7 +251,10 @@ fn log(look: &Look) -> CheckLine {
 /// What should not happen on a board that is about to dive; what it has room for, where it says so.
 fn hardware(look: &Look) -> CheckLine {
     const WHAT: &str = "hardware";
-    let Some(Hardware {
+    let Some(hardware) = look.counters.1.hardware else {
+        return CheckLine::new(Verdict::Note, WHAT, "a computer stands in for the board");
+    };
+    let Hardware {
         supply_dips,
         brown_out_level,
         wrong_bits: [mended, lost],
@@ -260,11 +262,7 @@ fn hardware(look: &Look) -> CheckLine {
         load_permille,
         lost_edges,
         stacks,
-    }) = look.counters.1.hardware
-    else {
-        return CheckLine::new(Verdict::Note, WHAT, "a computer stands in for the board");
-    };
-    let narrow = stacks.iter().any(|stack| u64::from(stack.used) * 10 > u64::from(stack.room) * 9);
+    } = hardware;
     let mut found = vec![format!(
         "load {:.0} %, longest step {:.1} ms, stacks {} bytes",
         0.1 * f64::from(load_permille),
@@ -274,7 +272,7 @@ fn hardware(look: &Look) -> CheckLine {
     if supply_dips > 0 {
         found.push(format!("the supply fell {supply_dips} times"));
     }
-    if brown_out_level < HIGHEST_BROWN_OUT {
+    if hardware.has_low_brown_out() {
         found.push(format!("brown-out level {brown_out_level}: set 3 (README of the board, option bytes)"));
     }
     if mended + lost > 0 {
@@ -285,7 +283,7 @@ fn hardware(look: &Look) -> CheckLine {
     }
     let verdict = match (supply_dips + lost, found.len()) {
         (1.., _) => Verdict::Fail,
-        _ if narrow || load_permille > 800 => Verdict::Fail,
+        _ if hardware.is_loaded() || stacks.iter().any(Stack::is_narrow) => Verdict::Fail,
         (0, 1) => Verdict::Pass,
         _ => Verdict::Note,
     };

@@ -22,6 +22,8 @@ pub fn object(model: &Model, now_us: u64, seen: u64) -> (Value, u64) {
         "utc_s": record.filter(|record| record.utc_us > 0).map(|record| record.utc_us as f64 * 1e-6),
         "firmware": model.firmware,
         "trial_start": model.trial,
+        "resets": model.restart.map(|restart| restart.resets),
+        "crashes": model.crash_texts(),
         "mode": record.map(|record| words::mode_name(record.mode)),
         "reason": record.map(|record| words::reason(record.reason)),
         "leg": record.and_then(|record| record.leg),

@@ -32,8 +32,8 @@ mission and parameters and changes nothing. It waits for a board that is not the
 unplugged. While it holds the port, other commands reach the board through the one that its log names first, such as
 `backseat params get /dev/pts/5` or `backseat mission stop /dev/pts/5`. With --json there is one JSON object a second instead, of one line each.
 
-Keys: q quits; f has the map follow the vehicle or show everything; + and - zoom; up, down, page up, page down and end
-move in the log.";
+Keys: q quits; f has the map follow the vehicle or show everything; b shows the board itself, its load, stacks, log,
+supply, memory and crashes; + and - zoom; up, down, page up, page down and end move in the log.";
 
 /// The view is drawn as often, and the port looked at.
 const DRAW: Duration = Duration::from_millis(200);

@@ -1,7 +1,7 @@
 //! The board log on a microSD card: FAT, a new file `LOGnnnnn.BSL` at every start.
 //!
 //! Works in thread mode, where waiting for the card delays nothing. Once a second the directory
-//! learns the file's length, so that a power cut costs a second of it. A card that fails is asked
+//! learns the file's length, so that a power cut costs a second of it. A card that fails or is full is asked
 //! again; if it holds the file as it was left, the log goes on there.
 //!
 //! What ended runs before, where it was the firmware itself, are lines of `CRASHES.TXT`, which only grows. Backup SRAM
@@ -87,6 +87,8 @@ pub struct SilentCard {
     next: Instant,
     /// The file that it held when it failed.
     left: Option<LeftFile>,
+    /// It had no room.
+    full: bool,
 }
 
 /// A file as the directory of the card knows it.
@@ -106,19 +108,21 @@ impl Card {
         // One try blocks thread mode for 0.3 s where there is no card.
         let options = AcquireOpts { acquire_retries: 0, ..AcquireOpts::default() };
         let device = SdCard::new_with_options(bus, Delay, options);
-        Self::Silent(SilentCard { device, tries: TRIES, next: Instant::MIN, left: None })
+        Self::Silent(SilentCard { device, tries: TRIES, next: Instant::MIN, left: None, full: false })
     }
 
     /// Asks the card, opens its next file, or writes to it: a part of the work, so that others come in between.
     pub fn serve(&mut self, queue: &mut Consumer<'static, u8>) {
-        match self {
-            Self::Silent(SilentCard { tries, next, .. }) if *tries > 0 || Instant::now() >= *next => self.look(),
-            Self::Absent | Self::Silent(_) => {}
-            Self::Open(file) => {
-                if let Err(error) = file.write(queue) {
-                    self.close(&error);
-                }
-            }
+        if let Self::Silent(SilentCard { tries, next, .. }) = self
+            && (*tries > 0 || Instant::now() >= *next)
+        {
+            self.look();
+        }
+        // at once: a card without room would else count as one that is written until the next time
+        if let Self::Open(file) = self
+            && let Err(error) = file.write(queue)
+        {
+            self.close(&error);
         }
     }
 
@@ -134,6 +138,7 @@ impl Card {
     pub const fn state(&self) -> LogState {
         match self {
             Self::Silent(SilentCard { tries: 1.., .. }) => LogState::Searching,
+            Self::Silent(SilentCard { full: true, .. }) => LogState::Full,
             Self::Absent | Self::Silent(_) => LogState::Failed,
             Self::Open(_) => LogState::Writing,
         }
@@ -144,9 +149,10 @@ impl Card {
     fn look(&mut self) {
         let Self::Silent(card) = core::mem::replace(self, Self::Absent) else { return };
         let SilentCard { device, tries, left, .. } = card;
-        let silent = |device, tries| Self::Silent(SilentCard { device, tries, next: Instant::now() + RETRY, left });
+        let silent =
+            |device, tries, full| Self::Silent(SilentCard { device, tries, next: Instant::now() + RETRY, left, full });
         *self = match identify(&device) {
-            Err(_) => silent(device, tries.saturating_sub(1)),
+            Err(_) => silent(device, tries.saturating_sub(1), false),
             Ok(bytes) => match LogFile::open(device, left) {
                 Ok(file) => {
                     defmt::info!("card of {=u64} MB, LOG{=u32:05}.BSL", bytes / 1_000_000, file.number);
@@ -154,7 +160,7 @@ impl Card {
                 }
                 Err((device, error)) => {
                     defmt::warn!("card: {}", error);
-                    silent(device, 0)
+                    silent(device, 0, lacks_room(&error))
                 }
             },
         };
@@ -162,12 +168,18 @@ impl Card {
 
     #[inline(never)]
     fn close(&mut self, error: &Error) {
-        let Self::Open(file) = core::mem::replace(self, Self::Absent) else { return };
+        let Self::Open(mut file) = core::mem::replace(self, Self::Absent) else { return };
         defmt::warn!("card: {}, no log for now", error);
+        // one that was pulled lacks room as well, and cannot be told the length
+        let full = lacks_room(error) && file.flush().is_ok();
         let left = Some(LeftFile { number: file.number, bytes: file.flushed_bytes });
         let (device, NoClock) = file.volumes.free();
-        *self = Self::Silent(SilentCard { device, tries: 0, next: Instant::now() + RETRY, left });
+        *self = Self::Silent(SilentCard { device, tries: 0, next: Instant::now() + RETRY, left, full });
     }
+}
+
+const fn lacks_room(error: &Error) -> bool {
+    matches!(error, Error::DiskFull | Error::NotEnoughSpace)
 }
 
 /// Sets the bus to a frequency.
@@ -237,9 +249,15 @@ impl LogFile {
         if self.flushed.elapsed() >= FLUSH {
             self.flushed = Instant::now();
             self.put()?;
-            self.volumes.flush_file(self.file)?;
-            self.flushed_bytes = self.volumes.file_length(self.file)?;
+            self.flush()?;
         }
+        Ok(())
+    }
+
+    /// The directory learns the length.
+    fn flush(&mut self) -> Result<(), Error> {
+        self.volumes.flush_file(self.file)?;
+        self.flushed_bytes = self.volumes.file_length(self.file)?;
         Ok(())
     }
 

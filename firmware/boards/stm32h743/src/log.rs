@@ -20,9 +20,11 @@ pub fn tell(state: LogState) {
 fn state() -> LogState {
     const WRITING: u8 = LogState::Writing as u8;
     const SEARCHING: u8 = LogState::Searching as u8;
+    const FULL: u8 = LogState::Full as u8;
     match STATE.load(Ordering::Relaxed) {
         WRITING => LogState::Writing,
         SEARCHING => LogState::Searching,
+        FULL => LogState::Full,
         _ => LogState::Failed,
     }
 }

@@ -24,8 +24,10 @@ pub enum LogState {
     Searching,
     /// It is written.
     Writing,
-    /// No card, or one that failed or is full; it is tried again.
+    /// No card, or one that failed; it is tried again.
     Failed,
+    /// The card has no room left; it is tried again.
+    Full,
 }
 
 /// The log that the board itself keeps.
@@ -62,6 +64,20 @@ pub struct Hardware {
     pub stacks: [Stack; 2],
 }
 
+impl Hardware {
+    /// More of the time is taken than a board that is about to dive should take.
+    #[must_use]
+    pub const fn is_loaded(&self) -> bool {
+        self.load_permille > 800
+    }
+
+    /// The chip goes on at a supply at which it may do anything.
+    #[must_use]
+    pub const fn has_low_brown_out(&self) -> bool {
+        self.brown_out_level < 3
+    }
+}
+
 /// A stack.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Stack {
@@ -69,6 +85,14 @@ pub struct Stack {
     pub used: u32,
     /// Room, bytes.
     pub room: u32,
+}
+
+impl Stack {
+    /// It has nearly been full.
+    #[must_use]
+    pub const fn is_narrow(&self) -> bool {
+        self.used as u64 * 10 > self.room as u64 * 9
+    }
 }
 
 /// What came in since start, port by port (`Port::DEVICES` order), the pulse per second, and the board's own log.

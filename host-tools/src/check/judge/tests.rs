@@ -93,6 +93,7 @@ fn no_log_is_no_go_unless_the_mission_says_otherwise() {
         (LogState::NotFitted, Verdict::Note),
         (LogState::Searching, Verdict::Fail),
         (LogState::Failed, Verdict::Fail),
+        (LogState::Full, Verdict::Fail),
         (LogState::Writing, Verdict::Pass),
     ] {
         assert_eq!(of(state, Vec::new()), verdict, "{state:?}");

@@ -3,7 +3,7 @@
 use super::{Model, Severity, intended, words};
 
 use backseat_core::navigation::Sensor;
-use backseat_wire::hostlink::{FittingState, Fittings, Mode, Port};
+use backseat_wire::hostlink::{FittingState, Fittings, LogState, Mode, Port};
 
 /// Telemetry that is later than this is missing, s.
 const SILENT_S: f64 = 1.0;
@@ -42,6 +42,7 @@ pub fn of(model: &Model, now_us: u64) -> Vec<Alarm> {
         sensors(model, now_us, &mut raise);
         ports(model, &mut raise);
         fittings(model, &mut raise);
+        board(model, &mut raise);
     }
     let drifted = model.identified().iter().filter(|p| p.drifted).map(|p| p.name).collect::<Vec<_>>();
     if !drifted.is_empty() {
@@ -102,6 +103,28 @@ fn fittings(model: &Model, raise: &mut impl FnMut(Severity, String)) {
     }
     if let Some(reason) = fittings.released {
         raise(Severity::Critical, format!("drop weight released: {}", words::release(reason)));
+    }
+}
+
+/// What the board itself is short of, or has lost.
+fn board(model: &Model, raise: &mut impl FnMut(Severity, String)) {
+    let Some(health) = &model.health else { return };
+    let log_required = model.settings().is_none_or(|settings| settings.app.log_required);
+    if log_required && matches!(health.log.state, LogState::Failed | LogState::Full) {
+        raise(Severity::Warning, format!("board log: {}", words::log_state(health.log.state)));
+    }
+    let Some(hardware) = &health.hardware else { return };
+    let [_corrected, lost] = hardware.wrong_bits;
+    if lost > 0 {
+        raise(Severity::Critical, format!("{lost} wrong bits in the board's memory, not corrected"));
+    }
+    if hardware.is_loaded() {
+        raise(Severity::Warning, format!("load of the board {:.0} %", 0.1 * f64::from(hardware.load_permille)));
+    }
+    for (name, stack) in ["interrupts", "thread mode"].into_iter().zip(hardware.stacks) {
+        if stack.is_narrow() {
+            raise(Severity::Warning, format!("stack of {name} used {} of {} bytes", stack.used, stack.room));
+        }
     }
 }
 

@@ -211,6 +211,12 @@ impl Model {
             .then(|| (speed, east.atan2(north).rem_euclid(std::f64::consts::TAU), &self.current.kept[..]))
     }
 
+    /// What ended runs of the board before, as far as it keeps that, the newest first.
+    pub fn crash_texts(&self) -> Vec<String> {
+        let last = self.restart.and_then(|restart| restart.crash).map(|crash| crash.to_string());
+        last.into_iter().chain(self.crashes.iter().rev().map(KeptCrash::to_string)).collect()
+    }
+
     /// What is wrong now, the worst first.
     pub fn alarms(&self, now_us: u64) -> Vec<Alarm> {
         alarms::of(self, now_us)
@@ -436,7 +442,7 @@ impl Model {
             }
             if last.log.state != health.log.state {
                 let severity = match health.log.state {
-                    LogState::Failed => Severity::Warning,
+                    LogState::Failed | LogState::Full => Severity::Warning,
                     LogState::NotFitted | LogState::Searching | LogState::Writing => Severity::Info,
                 };
                 let text = format!("board log: {}", words::log_state(health.log.state));

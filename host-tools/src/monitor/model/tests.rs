@@ -4,7 +4,7 @@ use super::*;
 use backseat_app::parameters::{PARAMETERS, ParameterStore};
 use backseat_core::navigation::Sensor;
 use backseat_wire::hostlink::{
-    Activity, BoardLog, FusionTelemetry, ImageId, MAX_FRAME, Oscillator, Visibility, encode,
+    Activity, BoardLog, Crash, FusionTelemetry, Hardware, ImageId, MAX_FRAME, Oscillator, Stack, Visibility, encode,
 };
 
 /// The frame of a message, as it comes over the line.
@@ -150,6 +150,53 @@ pub fn flying() -> (Model, u64) {
         model.tick(now_us);
     }
     (model, now_us)
+}
+
+/// What a real board says of itself, on top of it: two crashes, one of them kept.
+pub fn of_a_board(model: &mut Model, now_us: u64) {
+    let stacks = [Stack { used: 14_436, room: 24_576 }, Stack { used: 9056, room: 20_480 }];
+    let hardware = Hardware {
+        brown_out_level: 3,
+        longest_step_us: 12_340,
+        load_permille: 321,
+        lost_edges: 2,
+        stacks,
+        ..Hardware::default()
+    };
+    let log = BoardLog { state: LogState::Writing, lost_records: 0 };
+    let health = Health { log, hardware: Some(hardware), ..model.health.unwrap() };
+    feed(model, now_us, &FromBoard::Health(health));
+    let crash = Crash { pc: 0x0800_1234, step: 77, stacks: [9000, 8000], ..Crash::default() };
+    let cause = backseat_wire::hostlink::ResetCause::Fault;
+    feed(model, now_us, &FromBoard::Restart(Restart { cause, resets: 2, safe: false, crash: Some(crash) }));
+    let crash = Crash { step: 33, ..Crash::at("app/src/app.rs", 12) };
+    feed(model, now_us, &FromBoard::EarlierCrash(KeptCrash { crash, overwritten: 0 }));
+}
+
+#[test]
+fn what_the_board_is_short_of_is_an_alarm() {
+    let (mut model, now_us) = flying();
+    of_a_board(&mut model, now_us);
+    assert!(alarms(&model, now_us).is_empty(), "{:?}", alarms(&model, now_us));
+    let crashes = model.crash_texts();
+    assert!(crashes[0].starts_with("fault at 0x08001234") && crashes[1].starts_with("panic at app/src/app.rs:12"));
+    let health = model.health.unwrap();
+    let good = health.hardware.unwrap();
+    let full = Stack { used: 24_000, ..good.stacks[0] };
+    let hardware = Hardware { wrong_bits: [3, 1], load_permille: 850, stacks: [full, good.stacks[1]], ..good };
+    let log = BoardLog { state: LogState::Full, lost_records: 5 };
+    feed(&mut model, now_us, &FromBoard::Health(Health { log, hardware: Some(hardware), ..health }));
+    assert_eq!(
+        alarms(&model, now_us),
+        [
+            "1 wrong bits in the board's memory, not corrected",
+            "board log: card is full",
+            "load of the board 85 %",
+            "stack of interrupts used 24000 of 24576 bytes"
+        ]
+    );
+    let (object, _) = crate::monitor::json::object(&model, now_us, 0);
+    assert_eq!((&object["resets"], object["crashes"].as_array().unwrap().len()), (&serde_json::json!(2), 2));
 }
 
 fn texts(model: &Model) -> Vec<&str> {

@@ -77,6 +77,7 @@ pub const fn log_state(state: LogState) -> &'static str {
         LogState::Searching => "looks for the card",
         LogState::Writing => "written",
         LogState::Failed => "no card",
+        LogState::Full => "card is full",
     }
 }
 

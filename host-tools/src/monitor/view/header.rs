@@ -9,7 +9,7 @@ use ratatui::style::{Color, Modifier, Style};
 use ratatui::text::{Line, Span};
 use ratatui::widgets::Paragraph;
 
-const KEYS: &str = "q quit  f follow  ↑↓ log";
+const KEYS: &str = "q quit  f follow  b board  ↑↓ log";
 
 pub fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model, port: &str, now_us: u64) {
     let mut lines = vec![mode(model, now_us)];
@@ -100,7 +100,7 @@ fn ports(model: &Model) -> Line<'static> {
     if health.oscillator == Oscillator::Internal {
         spans.push(Span::styled(" internal oscillator", Style::new().fg(Color::Yellow)));
     }
-    if health.log.state == LogState::Failed {
+    if matches!(health.log.state, LogState::Failed | LogState::Full) {
         spans.push(Span::styled(" no board log", Style::new().fg(Color::Yellow)));
     }
     spans.push(Span::styled(pps, if health.synchronised { Style::new() } else { Style::new().fg(Color::Yellow) }));

@@ -1,5 +1,6 @@
 //! The view: what is known, as a screen. A screen depends on nothing but its arguments.
 
+mod board;
 mod header;
 mod learned;
 mod log;
@@ -40,13 +41,15 @@ enum Focus {
 pub struct View {
     port: String,
     focus: Focus,
+    /// The board itself is shown in place of what is learned.
+    board: bool,
     /// Events that are further down than the last row of the log.
     scrolled: usize,
 }
 
 impl View {
     pub const fn new(port: String) -> Self {
-        Self { port, focus: Focus::Everything, scrolled: 0 }
+        Self { port, focus: Focus::Everything, board: false, scrolled: 0 }
     }
 
     /// Takes a key.
@@ -64,6 +67,7 @@ impl View {
                     Focus::Vehicle { .. } => Focus::Everything,
                 };
             }
+            KeyCode::Char('b') => self.board = !self.board,
             KeyCode::Char('+' | '=') => self.zoom(1.0 / ZOOM),
             KeyCode::Char('-') => self.zoom(ZOOM),
             KeyCode::Up => self.scrolled = self.scrolled.saturating_add(1),
@@ -88,9 +92,14 @@ impl View {
     /// Draws a screen.
     pub fn draw(&mut self, frame: &mut Frame<'_>, model: &Model, now_us: u64) {
         let screen = frame.area();
-        let panels = Panels::of(screen, model.sources.len());
+        let mut panels = Panels::of(screen, model.sources.len());
         self.scrolled = self.scrolled.min(model.journal.len().saturating_sub(1));
         header::draw(frame, panels.header, model, &self.port, now_us);
+        if self.board
+            && let Some(area) = panels.learned.take().or_else(|| panels.map.take())
+        {
+            board::draw(frame, area, model);
+        }
         if let Some(area) = panels.map {
             map::draw(frame, area, model, self.focus);
         }

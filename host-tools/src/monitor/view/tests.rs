@@ -1,7 +1,7 @@
 //! Screens of a known board, at the sizes of a plain terminal and of a large one.
 
 use super::*;
-use crate::monitor::model::tests::{feed, flying};
+use crate::monitor::model::tests::{feed, flying, of_a_board};
 use backseat_wire::hostlink::{FromBoard, Mode, ModeReason, Telemetry};
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;
@@ -41,6 +41,18 @@ fn regress_a_large_terminal_shows_more_of_it() {
 #[test]
 fn regress_without_a_board_it_says_so() {
     assert_snapshot("nothing-80x24", &screen(&mut view(), &Model::new(), 3_000_000, 80, 24));
+}
+
+#[test]
+fn regress_the_board_itself_is_shown() {
+    let (mut model, now_us) = flying();
+    of_a_board(&mut model, now_us);
+    let mut view = view();
+    press(&mut view, KeyCode::Char('b'));
+    assert_snapshot("board-80x24", &screen(&mut view, &model, now_us, 80, 24));
+    assert!(screen(&mut view, &model, now_us, 60, 40).contains("brown-out level 3"), "a narrow screen shows it too");
+    press(&mut view, KeyCode::Char('b'));
+    assert!(!screen(&mut view, &model, now_us, 80, 24).contains("brown-out"));
 }
 
 /// Compares with the file beside; `BACKSEAT_WRITE_SCREENS=1` writes it.
