@@ -18,8 +18,10 @@ use std::collections::{BTreeMap, BTreeSet};
 const EXCEPTION: u32 = 108;
 /// First vector of a handler; before it are the initial stack pointer and the reset.
 const HANDLERS: usize = 2;
+/// Vector of the interrupt that cannot be masked, and comes on top of any other.
+const NON_MASKABLE: usize = 2;
 /// Vectors of faults, which end the run.
-const FAULTS: std::ops::Range<usize> = 2..7;
+const FAULTS: std::ops::Range<usize> = 3..7;
 /// Functions that a run does not come back from, by parts of their mangled names.
 const ENDS: [&str; 5] = ["4core9panicking", "4core3fmt", "core..fmt..", "rust_begin_unwind", "7failure3end"];
 /// The executor of the app's level, an interrupt, and that of thread mode.
@@ -49,13 +51,13 @@ pub struct Stack {
     pub image: &'static str,
     /// Which it is.
     pub what: &'static str,
-    /// With the deepest interrupt on top.
+    /// With the deepest interrupt on top, and on that the one that cannot be masked.
     pub bytes: u32,
     /// 80 % of its room.
     pub limit: u32,
     /// Functions from its first one down, with their frames.
     pub path: Vec<(String, u32)>,
-    /// The deepest interrupt on top of it, its exception frame included.
+    /// What interrupts take on top of it, their exception frames included.
     pub interrupt: u32,
     /// Functions of the image on a way that call through a register.
     pub indirect: usize,
@@ -77,17 +79,20 @@ pub fn bounds(image: &'static str, elf: &[u8]) -> anyhow::Result<Vec<Stack>> {
     let vectors: Vec<u64> = words(&vectors).map(|word| u64::from(word & !1)).collect();
     let reset = *vectors.get(1).context("no reset vector")?;
     let mut depths = Depths { functions: &functions, known: BTreeMap::new(), under_way: Vec::new() };
-    let (mut interrupt, mut app) = (0, None);
-    for (_, handler) in
+    let (mut interrupt, mut non_maskable, mut app) = (0, 0, None);
+    for (vector, handler) in
         vectors.iter().enumerate().skip(HANDLERS).filter(|(i, start)| !FAULTS.contains(i) && **start != 0)
     {
         let depth = depths.of(*handler)?;
         if functions[handler].name == APP_EXECUTOR {
             app = Some(*handler);
+        } else if vector == NON_MASKABLE {
+            non_maskable = depth + EXCEPTION;
         } else {
             interrupt = interrupt.max(depth + EXCEPTION);
         }
     }
+    let interrupt = interrupt + non_maskable;
     depths.of(reset)?;
     let limit = |stack: &str| -> anyhow::Result<u32> {
         let symbol = |end: &str| {

@@ -4,7 +4,7 @@
 
 use backseat_wire::hostlink::ResetCause;
 use core::sync::atomic::{AtomicU32, Ordering};
-use embassy_stm32::interrupt::{InterruptExt, Priority};
+use embassy_stm32::interrupt::InterruptExt;
 use embassy_stm32::{interrupt, pac};
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
@@ -64,8 +64,7 @@ pub fn start() {
     });
     pac::EXTI.rtsr(0).modify(|w| w.set_line(DETECTOR_LINE, true));
     pac::EXTI.imr(0).modify(|w| w.set_line(DETECTOR_LINE, true));
-    interrupt::PVD_AVD.set_priority(Priority::P1);
-    // SAFETY: what it shares are atomic.
+    // SAFETY: what it shares are atomic. Its priority is that of all but the app: none is on top of another.
     unsafe { interrupt::PVD_AVD.enable() };
     let level = brown_out_level();
     if level == BROWN_OUT_LEVEL {
