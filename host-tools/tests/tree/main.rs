@@ -2,4 +2,5 @@
 
 mod docs;
 mod import_cycles;
+mod release;
 mod supply_chain;
