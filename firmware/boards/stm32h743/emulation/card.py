@@ -70,6 +70,14 @@ class Volume:
             at = base + 512 * (1 + k * self.FAT)
             self.bytes[at:at + 4] = b"\xf8\xff\xff\xff"
 
+    def leave(self, size):
+        """All but so many bytes are taken, by no file."""
+        free, base = size // (512 * self.CLUSTER), 512 * self.START
+        for k in range(2):
+            at = base + 512 * (1 + k * self.FAT) + 4 + 2 * free
+            end = base + 512 * (1 + (k + 1) * self.FAT)
+            self.bytes[at:end] = b"\xff" * (end - at)
+
     def block(self, number):
         return slice(512 * number, 512 * number + 512)
 

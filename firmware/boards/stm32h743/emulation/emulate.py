@@ -8,11 +8,13 @@ import shlex
 import sys
 import traceback
 
+import fittings
 import lines
+import logs
 import scenarios
 import trials
 
-SCENARIOS = {scenario.__name__: scenario for scenario in (*scenarios.ALL, *lines.ALL, *trials.ALL)}
+SCENARIOS = {scenario.__name__: scenario for scenario in (*scenarios.ALL, *logs.ALL, *fittings.ALL, *lines.ALL, *trials.ALL)}
 STACK_SHARE = 0.8  # of its room that a stack may ever take
 REPORT = """# The image on an emulated STM32H743
 

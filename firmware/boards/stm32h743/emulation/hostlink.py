@@ -5,17 +5,17 @@ import zlib
 from types import SimpleNamespace
 
 HELLO, STEP, PARAMETER_BEGIN, PARAMETER_SET, PARAMETER_COMMIT, PARAMETER_GET = 0, 1, 2, 3, 4, 5
-MISSION_BEGIN, MISSION_ITEM, MISSION_COMMIT, MISSION_START, PARAMETER_STORE, HEALTH_GET = 6, 7, 8, 10, 12, 13
+MISSION_BEGIN, MISSION_ITEM, MISSION_COMMIT, MISSION_START, MISSION_STOP, PARAMETER_STORE, HEALTH_GET = 6, 7, 8, 10, 11, 12, 13
 UPDATE_GET, UPDATE_BEGIN, UPDATE_WRITE, UPDATE_COMMIT, UPDATE_CONFIRM, DROP_WEIGHT = 22, 23, 24, 25, 26, 27
 UPDATE_CHUNK = 256
 HELLO_ANSWER, STEP_DONE, TELEMETRY, PARAMETER, DONE, REFUSED, RESTART, HEALTH, IMAGES, EARLIER_CRASH = 0, 1, 2, 4, 6, 7, 8, 9, 19, 20
-ON_TRIAL = 16
+UNSAFE, ON_TRIAL = 12, 16
 TASKS = ("thread mode", "app", "interrupt")
 OSCILLATORS = ("crystal", "internal")
 MODES = ("initialising", "navigating", "degraded", "lost", "safe")
-REASONS = {0: "nominal", 1: "no fix", 2: "attitude stale", 9: "stopped", 10: "restarted", 11: "resets", 29: "overloaded"}
-NOT_FITTED, READY, ACTIVE = 0, 2, 3  # of last-resort hardware
-LOG_STATES = ("not fitted", "searching", "writing", "failed")
+REASONS = {0: "nominal", 1: "no fix", 2: "attitude stale", 9: "stopped", 10: "restarted", 11: "resets", 29: "overloaded", 30: "fitting failed", 31: "supply low"}
+NOT_FITTED, READY, ACTIVE, WRONG = 0, 2, 3, 4  # of last-resort hardware
+LOG_STATES = ("not fitted", "searching", "writing", "failed", "full")
 
 
 def varint(value):
@@ -72,6 +72,10 @@ class Message:
         length = self.integer()
         self.at += length
         return self.body[self.at - length:self.at].decode()
+
+    def single(self):
+        self.at += 4
+        return struct.unpack_from("<f", self.body, self.at - 4)[0]
 
     def real(self):
         self.at += 8
@@ -149,6 +153,7 @@ class Host:
         health.supply_dips, health.brown_out_level, *health.wrong_bits = message.integers(4)
         health.longest_step_us, health.load_permille, health.lost_edges, *health.stacks = message.integers(7)
         _refused, *health.fittings = message.integers(5)
+        health.supply_v = message.single()
         return health
 
     def telemetry(self, seconds):
@@ -182,12 +187,23 @@ class Host:
             answer, _, _ = self.ask(kind, body)
             assert answer == DONE, f"{name} was refused"
 
-    def mission(self, depth_m=3.0):
-        """Loads one leg to the north and starts it."""
+    def mission(self, depth_m=3.0, starts=True):
+        """Loads one leg to the north, and starts it."""
         leg = varint(0) + struct.pack("<4d", 100.0, 0.0, depth_m, 1.0)
-        for kind, body in ((MISSION_BEGIN, varint(1)), (MISSION_ITEM, leg), (MISSION_COMMIT, b""), (MISSION_START, b"")):
+        for kind, body in ((MISSION_BEGIN, varint(1)), (MISSION_ITEM, leg), (MISSION_COMMIT, b"")):
             answer, refusal, _ = self.ask(kind, body)
             assert answer == DONE, f"request {kind} was refused: {refusal.integer()}"
+        if starts:
+            assert (why := self.no_start()) is None, f"the mission does not begin: {why}"
+
+    def no_start(self):
+        """Why the mission that is stored does not begin; nothing where it does."""
+        answer, refusal, _ = self.ask(MISSION_START)
+        if answer == REFUSED:
+            why, reason = refusal.integers(2)
+            assert why == UNSAFE, f"refused for {why}"
+            return REASONS.get(reason, reason)
+        return None
 
     def image(self):
         """Build ID and CRC-32 of the image that runs, as `Hello` tells them."""

@@ -7,6 +7,7 @@ pins or baud rates, flash words written twice.
 import heapq
 import itertools
 
+from analogue import Adc
 from bus import NEVER, Plain
 from card import Spi
 from clocks import Exti, Pwr, Rcc, Rng
@@ -92,8 +93,8 @@ class Machine(Core):
         self.host = Usart(self, 0x40004800, "USART3", 39, (0xE8, 18), "apb1", ("D", 9, 7), ("D", 8, 7), (45, 46), 115200)
         self.usarts = [self.frontseat, self.dvl, self.ahrs, self.modem, self.host]
         self.sources = [self.tim2, self.tim5, self.watchdog, *self.usarts]
-        self.exti = Exti(self, 0x58000000)
-        others = [self.exti, Plain(self, 0x52009000, "RAMECC1"), Plain(self, 0x58000400, "SYSCFG", (0xF4, 1)), Plain(self, 0x5C001000, "DBGMCU", None, {0: 0x20036450}),
+        self.exti, self.adc = Exti(self, 0x58000000), Adc(self, 0x40022000)
+        others = [self.exti, self.adc, Plain(self, 0x52009000, "RAMECC1"), Plain(self, 0x58000400, "SYSCFG", (0xF4, 1)), Plain(self, 0x5C001000, "DBGMCU", None, {0: 0x20036450}),
                   Spi(self, 0x40013000), Rng(self, 0x48021800)]
         self.devices = [self.scs, self.rcc, self.pwr, self.flash, self.mux, *self.gpio.values(), *self.dmas, *self.sources, *others]
         self.pages = {page: device for device in self.devices
@@ -216,9 +217,12 @@ class Machine(Core):
         self.uc.mem_write(end, bytes([PAINT]) * (start - end))
         self.most_stack[name] = 0
 
-    def stack_used(self, name):
-        """Bytes of a stack that were ever written."""
+    def stack_marked(self, name):
+        """Bytes of a stack that were written since it was last painted, which the image does at each start."""
         end, start = self.stacks[name]
         memory = bytes(self.uc.mem_read(end, start - end))
-        untouched = len(memory) - len(memory.lstrip(bytes([PAINT])))
-        return max(len(memory) - untouched, self.most_stack[name])
+        return len(memory.lstrip(bytes([PAINT])))
+
+    def stack_used(self, name):
+        """Bytes of a stack that were ever written."""
+        return max(self.stack_marked(name), self.most_stack[name])

@@ -11,8 +11,8 @@ import tty
 import zlib
 
 from card import Card
-from hostlink import (ACTIVE, DONE, DROP_WEIGHT, HEALTH_GET, MISSION_START, NOT_FITTED, ON_TRIAL, PARAMETER_STORE, READY, REFUSED,
-                      STEP_DONE, UPDATE_COMMIT, UPDATE_CONFIRM, Host, messages, request, step, varint)
+from hostlink import (DONE, HEALTH_GET, MISSION_START, ON_TRIAL, PARAMETER_STORE, REFUSED, STEP_DONE, TELEMETRY,
+                      UPDATE_COMMIT, UPDATE_CONFIRM, Host, messages, request, step)
 from core import ENDLESS
 from machine import AXI, DTCM, DTCM_SIZE, FLASH, Machine
 from storage import IMAGE, WORD
@@ -21,6 +21,7 @@ from vehicle import Vehicle
 
 NEUTRAL = b"$OMP,8080808080,00"
 START_S = 0.2  # until the image answers a host
+APP = 16 + 94  # the exception that runs it, CEC's
 WAIT_S = 2.2  # for a lock-step clock after power-on, and a little
 EARLIER_CRASH_LOGGED = 9  # a kind of record of the board log
 HASTE = 8  # of the lines in lock-step: the board, which waits for each byte, waits less; no bit of a flight depends on it
@@ -78,34 +79,51 @@ def neutral_after(machine, since_ns):
 
 
 def hard_fault(image, _):
-    """The board starts again at once, sends neutral fins and tells where it was; a programmer's reset is no fault."""
+    """The board starts again at once, sends neutral fins and tells where it was, and in what; a programmer's reset is no fault."""
     machine = Machine(image)
     Vehicle(machine)  # hears the stop
-    machine.run_for(WAIT_S)
-    faulted, at = machine.now, machine.pc
-    machine.hard_fault("injected")
-    machine.run_for(1)
-    machine.measured["neutral fins after a fault, s"] = took = neutral_after(machine, faulted)
-    assert took < 0.3, f"{took} s"
-    assert [cause for _, cause in machine.resets] == ["software"], machine.resets
-    assert Host(machine).last_start() == (1, at), "the address of the fault is lost"
-    for _ in range(3):
-        machine.reset("software")
-        machine.run_for(START_S)
-        assert Host(machine).last_start() == (0, None), "a programmer's reset counts as a fault"
+    host = Host(machine)
+    for task, exception in (("thread mode", 0), ("app", APP)):
+        host.poll()
+        machine.run_for(WAIT_S)
+        while machine.exception() != exception:
+            machine.run_for(2e-6)
+        faulted, at, used = machine.now, machine.pc, [machine.stack_marked(stack) for stack in machine.stacks]
+        steps = [kind for kind, _ in host.poll()].count(TELEMETRY)
+        resets = len(machine.resets)
+        machine.hard_fault("injected")
+        machine.run_for(1)
+        machine.measured[f"neutral fins after a fault in {task}, s"] = took = neutral_after(machine, faulted)
+        assert took < 0.3, f"{took} s"
+        assert [cause for _, cause in machine.resets[resets:]] == ["software"], machine.resets
+        resets, crash = host.last_crash()
+        assert (resets, crash.pc, crash.task, crash.exception) == (1, at, task, exception), f"{crash}, not {task} at {at:#x}"
+        # the telemetry of the last one may be on the line
+        assert 0 <= crash.step - steps <= 1, f"step {crash.step}, {steps} were told"
+        # the fault's own frame may be the deepest
+        assert all(0 <= told - seen < 128 for told, seen in zip(crash.stacks, used)), f"stacks {crash.stacks}, seen {used}"
+        for _ in range(3):
+            machine.reset("software")
+            machine.run_for(START_S)
+            assert host.last_start() == (0, None), "a programmer's reset counts as a fault"
     return [machine]
 
 
 def under_way(image, **options):
     """A machine whose mission has begun, with its vehicle and host."""
     machine = Machine(image, **options)
+    return machine, *begin_mission(machine)
+
+
+def begin_mission(machine, after_s=9):
+    """Of a machine that has just started: its vehicle and host."""
     vehicle, host = Vehicle(machine), Host(machine)
-    machine.run_for(9)
+    machine.run_for(after_s)
     host.mission()
     machine.run_for(1)
     line = told(machine, machine.now - 1e9)
     assert line.count(b"$OMP") > 3, f"the mission does not begin: {line}"
-    return machine, vehicle, host
+    return vehicle, host
 
 
 def clock_lost(image, _):
@@ -288,42 +306,6 @@ def parameter_store(image, _):
     return [machine]
 
 
-DROP, LEAK = 11, 13  # of port E, the table in src/fittings.rs
-
-
-def last_resort(image, _):
-    """Drop weight and leak detector: pins, polarity, readings; the weight falls by command alone where nothing dives."""
-    machine = Machine(image)
-    machine.run_for(START_S)
-    port, host = machine.gpio["E"], Host(machine)
-    assert [port.mode(pin) for pin in (DROP, LEAK)] == [3, 3], "pins of what is not fitted are touched"
-    assert host.health().fittings == [NOT_FITTED] * 4
-    host.set("app.drop_weight", 1)
-    host.set("app.leak_detector", 2)
-    answer, _, _ = host.ask(PARAMETER_STORE, within_s=10)
-    assert answer == DONE
-    machine.reset("pin")
-    machine.run_for(WAIT_S + 1)
-    assert [port.mode(pin) for pin in (DROP, LEAK)] == [1, 0] and not port.is_high(DROP)
-    assert host.health().fittings == [NOT_FITTED, READY, READY, NOT_FITTED]
-    for release in (1, 0):
-        began = machine.now
-        answer, _, _ = host.ask(DROP_WEIGHT, varint(release), look_s=0.001)
-        assert answer == DONE
-        while port.is_high(DROP) != release and machine.now < began + 1e9:
-            machine.run_for(0.001)
-        machine.measured[f"drop weight {'released' if release else 'at rest'} after the command, s"] = took = (machine.now - began) * 1e-9
-        assert took < 0.2, f"{took} s"
-    port.outside[LEAK] = 0
-    machine.run_for(3)
-    assert host.health().fittings == [NOT_FITTED, READY, ACTIVE, NOT_FITTED] and not port.is_high(DROP), "a wet detector at rest"
-    del port.outside[LEAK]
-    machine.reset("power")
-    machine.run_for(WAIT_S)
-    assert not port.is_high(DROP) and not machine.faults
-    return [machine]
-
-
 NOTE = b"\x04\0\0\0\x14\0\0\0\x03\0\0\0GNU\0"
 UNDEFINED = b"\x00\xde"  # an instruction
 
@@ -380,60 +362,9 @@ def update(image, _):
     return [machine]
 
 
-def log_card(image, _):
-    """With a card a log is written; without one the parameters are stored in time all the same."""
-    with_card = Machine(image, card=Card())
-    with_card.run_for(4)
-    files = with_card.card.volume.files()
-    assert list(files) == ["LOG00000.BSL"], files.keys()
-    kinds = [kind for kind, _ in messages(files["LOG00000.BSL"])]
-    assert kinds[0] == 0 and kinds.count(5) > 5, f"a start and its steps are in the log: {kinds}"
-    at = with_card.pc
-    with_card.hard_fault("injected")
-    with_card.run_for(1.5)
-    files = with_card.card.volume.files()
-    crashes = files.get("CRASHES.TXT", b"").decode()
-    assert crashes.startswith(f"before LOG00001: fault at {at:#010x}") and crashes.endswith("\r\n"), f"{list(files)}, {crashes}"
-    with_card.measured["card before it is identified, kHz"] = with_card.card.fastest_unidentified_hz * 1e-3
-    without = Machine(image)
-    without.run_for(0.3)
-    answer, _, without.measured["params store while a card is looked for, s"] = Host(without).ask(PARAMETER_STORE, within_s=4)
-    assert answer == DONE
-    return [with_card, without]
-
-
-def card_pulled(image, _):
-    """A card that is pulled and put back: the host is told, and the log goes on in its file; not on another card."""
-    machine = Machine(image, card=Card())
-    machine.run_for(4)
-    host, card = Host(machine), machine.card
-    assert host.health().log == "writing"
-    card.pull()
-    machine.run_for(2)
-    assert host.health().log == "failed"
-    card.put_back()
-    machine.run_for(10)
-    health = host.health()
-    assert health.log == "writing", health
-    machine.run_for(1.2)
-    files = card.volume.files()
-    assert list(files) == ["LOG00000.BSL"], files.keys()
-    steps = [message.integer() for kind, message in messages(files["LOG00000.BSL"]) if kind == 5]
-    gap = max(after - before for before, after in zip(steps, steps[1:])) * 1e-6
-    assert steps[-1] > 15e6, f"the log ends at {steps[-1]} us"
-    machine.measured["longest gap of a log whose card was out for 2 s, s"] = gap
-    machine.measured["records lost meanwhile"] = health.lost_records
-    card.pull()
-    machine.run_for(2)
-    machine.card = Card()
-    machine.run_for(10)
-    assert host.health().log == "failed" and not machine.card.volume.files(), "it writes to another card"
-    assert not machine.resets
-    return [machine]
-
-
-def run_at(usarts, machine, command):
-    """What a program prints that this computer runs at pseudo-terminals of these ports; `command` of their paths."""
+def run_at(usarts, machine, command, accepted=(0,)):
+    """What a program prints that this computer runs at pseudo-terminals of these ports, and ends with a code that is accepted;
+    `command` of their paths."""
     ports = []
     for usart in usarts:
         ours, theirs = pty.openpty()
@@ -456,8 +387,16 @@ def run_at(usarts, machine, command):
                 if waiting:
                     del waiting[:os.write(descriptor, waiting)]
         output, errors = program.communicate()
-    assert program.returncode == 0, errors
+    assert program.returncode in accepted, errors
     return output
+
+
+def checked(machine, options):
+    """Verdict and finding of each line of `backseat check`. The rest of what it looks at has no device here, so that it fails."""
+    command = lambda paths: [options.simulator[0], "check", *paths, "--json"]
+    said = json.loads(run_at([machine.host], machine, command, accepted=(1,)))
+    machine.host.haste, machine.host.on_byte = 1, None
+    return {line["check"]: (line["verdict"], line["found"]) for line in said["checks"]}
 
 
 def update_command(image, options):
@@ -492,4 +431,4 @@ def lock_step(image, options):
     return [machine]
 
 
-ALL = [lock_step, clock_tree, external_clock, hard_fault, clock_lost, supply_falls, stuck_step, stack_overflow, crashes_in_a_row, guard, parameter_store, last_resort, update, update_command, log_card, card_pulled]
+ALL = [lock_step, clock_tree, external_clock, hard_fault, clock_lost, supply_falls, stuck_step, stack_overflow, crashes_in_a_row, guard, parameter_store, update, update_command]

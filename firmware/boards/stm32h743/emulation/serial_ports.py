@@ -13,6 +13,7 @@ class Gpio(Device):
     def __init__(self, machine, base, port):
         self.name, self.port, self.gate = "GPIO" + port, port, (0xE0, ord(port) - ord("A"))
         self.outside = {}  # levels that something puts at pins
+        self.held = set()  # pins at which that is stronger than an output
         super().__init__(machine, base)
 
     def reset(self):
@@ -27,9 +28,13 @@ class Gpio(Device):
 
     def read(self, offset, size):
         if offset & ~3 == 0x10:  # IDR: what an output drives, what lies at an input, else its pull
-            return sum((self.is_high(pin) if self.mode(pin) == 1 else self.outside.get(pin, self.field(0x0C, 2 * pin, 2) == 1)) << pin
-                       for pin in range(16)) >> 8 * (offset & 3)
+            return sum(self.level(pin) << pin for pin in range(16)) >> 8 * (offset & 3)
         return super().read(offset, size)
+
+    def level(self, pin):
+        if self.mode(pin) == 1 and pin not in self.held:
+            return self.is_high(pin)
+        return self.outside.get(pin, self.field(0x0C, 2 * pin, 2) == 1)
 
     def is_high(self, pin):
         return bool(self.field(0x14, pin))
