@@ -1,6 +1,6 @@
 //! What is wrong now.
 
-use super::{Model, Severity, intended, words};
+use super::{Model, Severity, words};
 
 use backseat_core::navigation::Sensor;
 use backseat_wire::hostlink::{FittingState, Fittings, LogState, Mode, Port};
@@ -27,7 +27,7 @@ pub fn of(model: &Model, now_us: u64) -> Vec<Alarm> {
     let heard = link(model, now_us, &mut raise);
     if let Some(record) = &model.telemetry
         && record.mode != Mode::Navigating
-        && !intended(record.mode, record.reason)
+        && !words::intended(record.mode, record.reason)
     {
         raise(words::severity(record.mode), words::mode(record.mode, record.reason));
     }

@@ -18,8 +18,8 @@ pub use sources::{SourceHistory, Turn};
 use backseat_app::parameters::{self, PARAMETER_SCHEMA, Settings};
 use backseat_core::identification::theta::{self, theta_of};
 use backseat_wire::hostlink::{
-    Decoder, Estimates, FaultReport, FromBoard, Health, Identification, ImageId, KeptCrash, LogState, Mode, ModeReason,
-    Naming, Port, Refusal, Restart, Ship, Telemetry, ToBoard, Waypoint,
+    Decoder, Estimates, FaultReport, FromBoard, Health, Identification, ImageId, KeptCrash, LogState, Mode, Naming,
+    Port, Refusal, Restart, Ship, Telemetry, ToBoard, Waypoint,
 };
 use enquiry::Enquiry;
 use learned::Learned;
@@ -491,11 +491,6 @@ impl Model {
         }
         self.mission.truncate(count);
     }
-}
-
-/// Whether a mode's reason is the operator's own doing.
-pub(super) fn intended(mode: Mode, reason: ModeReason) -> bool {
-    mode == Mode::Safe && reason == ModeReason::Stopped
 }
 
 #[cfg(test)]

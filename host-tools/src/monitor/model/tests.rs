@@ -4,7 +4,8 @@ use super::*;
 use backseat_app::parameters::{PARAMETERS, ParameterStore};
 use backseat_core::navigation::Sensor;
 use backseat_wire::hostlink::{
-    Activity, BoardLog, Crash, FusionTelemetry, Hardware, ImageId, MAX_FRAME, Oscillator, Stack, Visibility, encode,
+    Activity, BoardLog, Crash, FusionTelemetry, Hardware, ImageId, MAX_FRAME, ModeReason, Oscillator, Stack,
+    Visibility, encode,
 };
 
 /// The frame of a message, as it comes over the line.

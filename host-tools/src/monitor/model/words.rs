@@ -24,6 +24,11 @@ pub const fn severity(mode: Mode) -> Severity {
     }
 }
 
+/// Whether a mode's reason is the operator's own doing.
+pub fn intended(mode: Mode, reason: ModeReason) -> bool {
+    mode == Mode::Safe && reason == ModeReason::Stopped
+}
+
 pub const fn mode_name(mode: Mode) -> &'static str {
     match mode {
         Mode::Initialising => "initialising",
