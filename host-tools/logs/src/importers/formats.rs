@@ -1,8 +1,8 @@
 //! Tables that are known by their headers: `formats.toml`, with columns as those of a mapping.
 
 use super::format::{Format, Known, Role};
-use super::mapping::unit_factor;
 use crate::log::Column;
+use crate::log::units;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::sync::LazyLock;
@@ -83,7 +83,7 @@ fn format(written: Written) -> Format {
 impl WrittenColumn {
     /// The column of the vehicle log, and the factor to its unit.
     pub(super) fn sample(&self) -> (Column, f64) {
-        let unit = self.unit.as_ref().map_or(1.0, |unit| unit_factor(&self.to, unit).expect("a unit of mappings"));
+        let unit = self.unit.as_ref().map_or(1.0, |unit| units::factor(&self.to, unit).expect("a unit of mappings"));
         (column_of(&self.to), self.scale * unit)
     }
 

@@ -5,7 +5,8 @@
 //! of `Iver Data Headings.txt`, of which the files have one fewer: the accelerations are the last three. Positions are
 //! dead-reckoned by the vehicle itself from zero and are no fixes.
 
-use super::{Imported, RAD_PER_DEG};
+use super::Imported;
+use crate::log::units::RAD_PER_DEG;
 use crate::log::{BETWEEN_RUNS_US, Column, LogRow, run_note};
 use crate::{DataError, Log};
 use std::path::{Path, PathBuf};

@@ -1,10 +1,10 @@
 //! A table of any other maker by a mapping that the user writes.
 
-use super::RAD_PER_DEG;
 use super::engine::Cells;
 use super::format::{Format, Known, Role};
 use crate::DataError;
-use crate::log::{Column, M_PER_FOOT, MPS_PER_KNOT, RADPS_PER_RPM};
+use crate::log::Column;
+use crate::log::units::{self, RAD_PER_DEG, Unit};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -85,41 +85,6 @@ pub struct ColumnMap {
     missing: Vec<String>,
     path: PathBuf,
 }
-
-/// Weight of sea water of 1025 kg/m³, N/m³.
-pub(super) const SEA_WATER_N_PER_M3: f64 = 1025.0 * 9.81;
-
-/// Units by the ending of a column's name, with what one of them is in the log's own.
-const UNITS: [(&str, &[(&str, f64)]); 9] = [
-    ("_radps", &[("rad/s", 1.0), ("deg/s", RAD_PER_DEG)]),
-    ("_rad", &[("rad", 1.0), ("deg", RAD_PER_DEG)]),
-    ("_mps", &[("m/s", 1.0), ("cm/s", 1e-2), ("mm/s", 1e-3), ("kn", MPS_PER_KNOT), ("km/h", 1.0 / 3.6)]),
-    ("_rpm", &[("rpm", 1.0), ("rad/s", 1.0 / RADPS_PER_RPM), ("1/s", 60.0), ("rps", 60.0)]),
-    ("_per_m3", &[("kg/m^3", 1.0), ("g/cm^3", 1e3)]),
-    ("_m3", &[("m^3", 1.0), ("l", 1e-3), ("cc", 1e-6)]),
-    (
-        "_m",
-        &[
-            ("m", 1.0),
-            ("cm", 1e-2),
-            ("mm", 1e-3),
-            ("km", 1e3),
-            ("ft", M_PER_FOOT),
-            ("in", M_PER_FOOT / 12.0),
-            // a pressure, as a depth in sea water
-            ("dbar", 1e4 / SEA_WATER_N_PER_M3),
-            ("bar", 1e5 / SEA_WATER_N_PER_M3),
-            ("mbar", 1e2 / SEA_WATER_N_PER_M3),
-            ("kPa", 1e3 / SEA_WATER_N_PER_M3),
-            ("Pa", 1.0 / SEA_WATER_N_PER_M3),
-        ],
-    ),
-    ("_s", &[("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9)]),
-    ("_deg", &[("deg", 1.0), ("rad", 1.0 / RAD_PER_DEG)]),
-];
-
-const TIME_UNITS: &[(&str, f64)] =
-    &[("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9), ("min", 60.0), ("h", 3600.0)];
 
 impl ColumnMap {
     /// Reads a mapping.
@@ -246,7 +211,7 @@ fn time_role(time: &TimeEntry) -> Result<Role, Complaint> {
     if time.unit.as_ref().is_some_and(|unit| unit.get_ref() == "hms") {
         return Ok(Role::TimeOfDay);
     }
-    let factor = factor("time", time.unit.as_ref(), TIME_UNITS)?;
+    let factor = factor("time", time.unit.as_ref(), units::TIME.iter())?;
     Ok(if is_epoch { Role::Epoch(factor) } else { Role::Seconds(factor) })
 }
 
@@ -268,8 +233,7 @@ fn entry_role(target: &str, entry: &Spanned<Entry>) -> Result<Role, Complaint> {
         );
         return Err((span, message));
     }
-    let units = UNITS.iter().find(|(ending, _)| target.ends_with(ending)).map_or(&[("1", 1.0)][..], |(_, units)| units);
-    let factor = factor(&name, entry.unit.as_ref(), units)?;
+    let factor = factor(&name, entry.unit.as_ref(), units::of(target))?;
     let sign = entry.sign.as_ref().map_or(1.0, |sign| *sign.get_ref());
     if sign.abs() != 1.0 {
         let span = entry.sign.as_ref().map_or(span, Spanned::span);
@@ -295,16 +259,15 @@ fn entry_role(target: &str, entry: &Spanned<Entry>) -> Result<Role, Complaint> {
     }
 }
 
-/// What one of a unit is in the own unit of a column of the vehicle log; `None` of a unit that it does not take.
-pub(super) fn unit_factor(target: &str, unit: &str) -> Option<f64> {
-    let (_, units) = UNITS.iter().find(|(ending, _)| target.ends_with(ending))?;
-    units.iter().find(|(known, _)| *known == unit).map(|(_, factor)| *factor)
-}
-
-fn factor(name: &str, unit: Option<&Spanned<String>>, units: &[(&str, f64)]) -> Result<f64, Complaint> {
+fn factor(
+    name: &str,
+    unit: Option<&Spanned<String>>,
+    mut units: impl Iterator<Item = &'static Unit> + Clone,
+) -> Result<f64, Complaint> {
     let Some(unit) = unit else { return Ok(1.0) };
-    units.iter().find(|(known, _)| known == unit.get_ref()).map(|(_, factor)| *factor).ok_or_else(|| {
-        let known: Vec<&str> = units.iter().map(|(known, _)| *known).collect();
+    let all = units.clone();
+    units.find(|(known, _)| known == unit.get_ref()).map(|(_, factor)| *factor).ok_or_else(|| {
+        let known: Vec<&str> = all.map(|(known, _)| *known).collect();
         let also = if name == "time" { ", hms" } else { "" };
         (unit.span(), format!("{name}.unit: {:?}; expected one of {}{also}", unit.get_ref(), known.join(", ")))
     })
@@ -367,7 +330,7 @@ mod tests {
     #[test]
     fn what_a_mapping_may_not_say() {
         for (from, to, message) in [
-            ("unit = \"ft\"", "unit = \"kn\"", "map.toml:8:8: columns.depth_m.unit: \"kn\"; expected one of m, cm"),
+            ("unit = \"ft\"", "unit = \"kn\"", "map.toml:8:8: columns.depth_m.unit: \"kn\"; expected one of m, ft"),
             ("unit = \"ms\"", "unit = \"furlong\"", "map.toml:4:8: time.unit"),
             ("base = \"epoch\"", "base = \"now\"", "map.toml:5:8: time.base"),
             ("sign = -1", "sign = -2", "map.toml:9:8: columns.depth_m.sign: -2; expected"),

@@ -36,12 +36,9 @@ use crate::log::{mat, table};
 use crate::{DataError, Log};
 use format::Format;
 use formats::FORMATS;
-use std::f64::consts::PI;
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
-
-const RAD_PER_DEG: f64 = PI / 180.0;
 
 /// North and east of a place about an origin, both as latitude and longitude in degrees, m.
 #[must_use]

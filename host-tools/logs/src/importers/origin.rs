@@ -1,6 +1,6 @@
 //! Latitude and longitude as metres about an origin.
 
-use super::RAD_PER_DEG;
+use crate::log::units::RAD_PER_DEG;
 
 /// Origin of the local plane: the log's first fix.
 pub(super) struct Origin {

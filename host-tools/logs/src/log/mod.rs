@@ -8,24 +8,20 @@ mod read;
 mod sink;
 pub(crate) mod table;
 mod truth;
+pub mod units;
 mod usbl;
 mod write;
 
 pub use column::Column;
 pub(crate) use decimal::MAX_SECONDS;
 pub use truth::{STATE_COLUMNS, Truth, TruthRow, TruthWriter};
+pub use units::RADPS_PER_RPM;
 pub use usbl::{USBL_ANGLE_SIGMA_RAD, Usbl};
 pub use write::LogWriter;
 
 use backseat_core::dynamics::ActuatorInput;
 use std::collections::BTreeMap;
-use std::f64::consts::PI;
 use std::path::PathBuf;
-
-/// rad/s in one rpm.
-pub const RADPS_PER_RPM: f64 = PI / 30.0;
-pub(crate) const MPS_PER_KNOT: f64 = 1852.0 / 3600.0;
-pub(crate) const M_PER_FOOT: f64 = 0.3048;
 
 /// One row of a vehicle log: a time and the samples taken then.
 ///

@@ -2,10 +2,10 @@
 
 use super::names::ROS;
 use super::seen::{Seen, is_actuator};
-use crate::importers::mapping::unit_factor;
 use crate::importers::ros_bag::{GAUGE_PA, SURFACE_PA};
 use crate::log::Column;
 use crate::log::plausibility::{Examination, Finding};
+use crate::log::units;
 use std::f64::consts::FRAC_PI_2;
 
 /// One column of the vehicle log.
@@ -180,7 +180,7 @@ impl Entry {
 
     /// (value + offset) · this is a sample of the vehicle log.
     fn factor(&self) -> f64 {
-        self.sign * self.scale * unit_factor(self.target, self.unit).unwrap_or(1.0)
+        self.sign * self.scale * units::factor(self.target, self.unit).unwrap_or(1.0)
     }
 
     /// Becomes (x + offset) · factor of what another entry gave.
@@ -191,7 +191,7 @@ impl Entry {
         let whole = first * factor;
         self.unit = unit.unwrap_or(source.unit);
         self.sign = whole.signum();
-        let scale = whole.abs() / unit_factor(self.target, self.unit).unwrap_or(1.0);
+        let scale = whole.abs() / units::factor(self.target, self.unit).unwrap_or(1.0);
         self.scale = if (scale - 1.0).abs() < 1e-6 { 1.0 } else { scale };
     }
 }
@@ -215,10 +215,10 @@ pub(super) fn mend(entries: &mut [Entry], found: &Examination) -> Vec<String> {
                 continue;
             };
             let unit = line.get("unit").and_then(toml::Value::as_str);
-            let of_unit = unit.and_then(|unit| unit_factor(target, unit)).unwrap_or(1.0);
+            let of_unit = unit.and_then(|unit| units::factor(target, unit)).unwrap_or(1.0);
             let factor = of_unit * number(line, "sign", 1.0) * number(line, "scale", 1.0);
             // the unit itself, where the draft had none of its own
-            let is_plain = unit_factor(target, source.unit) == Some(1.0) && source.scale == 1.0;
+            let is_plain = units::factor(target, source.unit) == Some(1.0) && source.scale == 1.0;
             let known = super::names::units().map(|(_, known)| known).find(|known| unit == Some(*known));
             entry.change(source, factor, number(line, "offset", 0.0), known.filter(|_| is_plain));
             entry.sure = None;

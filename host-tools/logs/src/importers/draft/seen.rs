@@ -1,7 +1,7 @@
 //! A column of a table: its name in words, its unit, its values.
 
 use super::names::{COMMAND, COUNTS, MAGNETIC, MISSING, NAMES, NONE, NOTHING, PRESSURE, units};
-use crate::importers::mapping::unit_factor;
+use crate::log::units;
 use crate::log::{Column, table};
 
 /// A column of the table.
@@ -114,6 +114,7 @@ impl Seen {
             "mbar" => 1e2,
             "kPa" => 1e3,
             "bar" => 1e5,
+            "psi" => 6_894.757,
             _ => 1e4,
         }
     }
@@ -172,14 +173,14 @@ impl Seen {
             ("rudder" | "elevator", unit) => ["rad", "deg"].contains(&unit),
             // a rate named by its angle
             (target, "rad" | "deg") if target.ends_with("_radps") => true,
-            (target, unit) => unit_factor(target, unit).is_some(),
+            (target, unit) => units::factor(target, unit).is_some(),
         }
     }
 
     /// Its unit, by its name or by its range.
     pub fn unit_for(&self, target: &str, has_degrees: bool) -> &'static str {
         let largest = self.min.abs().max(self.max.abs());
-        let stated = self.unit.filter(|unit| unit_factor(target, unit).is_some());
+        let stated = self.unit.filter(|unit| units::factor(target, unit).is_some());
         match target {
             t if t.ends_with("_radps") => match self.unit {
                 Some("deg") => "deg/s",

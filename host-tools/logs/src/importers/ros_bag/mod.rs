@@ -13,10 +13,11 @@ mod sqlite;
 
 use super::Imported;
 use super::engine::euler_rad;
-use super::mapping::{ColumnMap, SEA_WATER_N_PER_M3};
+use super::mapping::ColumnMap;
 use super::messages::Gathering;
 use crate::DataError;
 use crate::log::Column;
+use crate::log::units::SEA_WATER_N_PER_M3;
 use cdr::Cdr;
 use files::{Recorded, Take};
 use mapped::{Mapped, Sources};

@@ -2,6 +2,7 @@
 
 use super::recording::Mend;
 use super::{ColumnSummary, Finding, Severity};
+use crate::log::units::{self, RAD_PER_DEG as DEG, Unit};
 use crate::log::{Column, Log};
 use crate::stats::percentile;
 use backseat_core::navigation::LONGEST_HOLD_S;
@@ -92,7 +93,6 @@ impl Limit {
     }
 }
 
-const DEG: f64 = PI / 180.0;
 const FINS: [Column; 4] = [Column::FinTop, Column::FinBottom, Column::FinPort, Column::FinStarboard];
 
 pub(super) fn check(log: &Log, columns: &[ColumnSummary]) -> Vec<Finding> {
@@ -148,28 +148,36 @@ fn range(log: &Log, summary: &ColumnSummary) -> Option<Finding> {
     })
 }
 
-/// A heading may be unwound, turn after turn; in degrees it starts beyond a turn or seems to spin.
-fn heading(log: &Log) -> Option<Finding> {
-    let largest = log.column(Column::Heading).map(|(_, value)| value.abs()).fold(0.0, f64::max);
-    if largest <= TAU {
+/// The unit of a heading that is not in radians. One in radians may be unwound, turn after turn; one in degrees starts
+/// beyond a turn or seems to spin, and by what it wraps is a turn in its unit.
+pub(super) fn heading_unit(log: &Log) -> Option<Unit> {
+    let samples: Vec<(u64, f64)> = log.column(Column::Heading).collect();
+    if samples.iter().all(|(_, value)| value.abs() <= TAU) {
         return None;
     }
-    let samples: Vec<(u64, f64)> = log.column(Column::Heading).collect();
-    let steps = samples.windows(2).filter(|pair| pair[1].0 > pair[0].0);
-    let (mut fast, mut all) = (0_usize, 0_usize);
-    for pair in steps {
-        let (step, dt_s) = (pair[1].1 - pair[0].1, (pair[1].0 - pair[0].0) as f64 * 1e-6);
+    let (mut fast, mut all, mut wraps) = (0_usize, 0_usize, Vec::new());
+    for pair in samples.windows(2).filter(|pair| pair[1].0 > pair[0].0) {
+        let (step, dt_us) = ((pair[1].1 - pair[0].1).abs(), pair[1].0 - pair[0].0);
         all += 1;
-        fast += usize::from(step.abs() > FASTEST_TURN_RADPS * dt_s.max(0.5));
+        fast += usize::from(step > FASTEST_TURN_RADPS * (dt_us as f64 * 1e-6).max(0.5));
+        // from 360 to 0 in one step; an unwound heading has no such step, one in radians none of this size
+        wraps.extend((step > WRAP && dt_us < 2_000_000).then_some(step));
     }
-    // from 360 to 0 in one step; an unwound heading has no such step, one in radians none of this size
-    let wraps =
-        samples.windows(2).any(|pair| (pair[1].1 - pair[0].1).abs() > WRAP && pair[1].0 - pair[0].0 < 2_000_000);
     let starts_beyond = samples.first().is_some_and(|(_, first)| first.abs() > TAU);
-    (starts_beyond || wraps || fast * 1000 > all).then(|| {
-        let message = format!("heading_rad reaches {largest:.1}: a turn has 6.28 rad; is it in degrees?");
-        Finding::suspicious(Column::Heading, message).mended_by(Mend::unit(Column::Heading, "deg", DEG).lines())
-    })
+    let is_gon = percentile(&wraps, 0.5).is_some_and(|turn| (380.0..=400.0).contains(&turn));
+    let unit = if is_gon { "gon" } else { "deg" };
+    let found = units::of(Column::Heading.name()).find(|(known, _)| *known == unit).copied();
+    found.filter(|_| starts_beyond || !wraps.is_empty() || fast * 1000 > all)
+}
+
+fn heading(log: &Log) -> Option<Finding> {
+    let (unit, rad) = heading_unit(log)?;
+    let largest = log.column(Column::Heading).map(|(_, value)| value.abs()).fold(0.0, f64::max);
+    let message = format!(
+        "heading_rad reaches {largest:.1}: a turn has 6.28 rad; is it in {}?",
+        if unit == "deg" { "degrees" } else { unit }
+    );
+    Some(Finding::suspicious(Column::Heading, message).mended_by(Mend::unit(Column::Heading, unit, rad).lines()))
 }
 
 /// A roll or pitch that is small in degrees stays below its limit, and leaps by radians from sample to sample.

@@ -99,7 +99,7 @@ impl Examination {
                 .filter(|finding| finding.severity == Severity::Suspicious)
                 .filter_map(|finding| finding.column)
                 .collect();
-            let tests = recording::check(log, &beyond, is_doubted);
+            let tests = recording::check(log, &beyond, limits::heading_unit(log), is_doubted);
             findings.extend(tests.turn.and_then(|turn| magnetic::check(log, turn)));
             let contradictions = tests.findings;
             (untested, holding) = (tests.untested, tests.holding);

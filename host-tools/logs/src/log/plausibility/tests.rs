@@ -217,7 +217,7 @@ fn fixes_by_usbl_are_tested_against_depth_and_gnss() {
     let depression = messages(&seen_by_ship(|[range, bearing, up]| [range, bearing, -up]));
     assert!(depression.contains("columns.usbl_elevation_rad") && depression.contains("sign = -1"), "{depression}");
     let degrees = messages(&seen_by_ship(|[range, bearing, up]| [range, bearing.to_degrees(), up.to_degrees()]));
-    assert!(degrees.contains("usbl_bearing_rad") && degrees.contains("in degrees"), "{degrees}");
+    assert!(degrees.contains("usbl_bearing_rad") && degrees.contains("are in deg:"), "{degrees}");
     let from_east = messages(&seen_by_ship(|[range, bearing, up]| [range, std::f64::consts::FRAC_PI_2 - bearing, up]));
     assert!(from_east.contains("USBL's bearing against fixes"), "{from_east}");
 }

@@ -66,8 +66,9 @@ pub struct Grid {
 }
 
 impl Grid {
-    /// Of a log, its heading in radians or degrees, without the columns that are doubted already; `None` if nothing is left to compare.
-    pub fn of(log: &Log, is_in_degrees: bool, is_doubted: impl Fn(Column) -> bool) -> Option<Self> {
+    /// Of a log, its heading in a unit of so many rad, without the columns that are doubted already; `None` if nothing is
+    /// left to compare.
+    pub fn of(log: &Log, heading_rad: f64, is_doubted: impl Fn(Column) -> bool) -> Option<Self> {
         let first_us = log.rows.first()?.time_us;
         let (cell_s, pace_s) = cell_s(log);
         let cell_us = cell_s * 1e6;
@@ -83,8 +84,7 @@ impl Grid {
                     break;
                 }
                 let value = match column {
-                    Column::Heading if is_in_degrees => unwound(before, value.to_radians()),
-                    Column::Heading => unwound(before, value),
+                    Column::Heading => unwound(before, value * heading_rad),
                     _ => value,
                 };
                 before = Some(value);

@@ -1,7 +1,8 @@
 //! Ways in which columns are recorded wrongly, and the lines of a column mapping that mend each.
 
 use super::grid::Grid;
-use crate::log::{Column, M_PER_FOOT, MPS_PER_KNOT, RADPS_PER_RPM};
+use crate::log::Column;
+use crate::log::units;
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::fmt::Write as _;
 
@@ -73,14 +74,29 @@ impl Mend {
 
     /// Another unit of several columns.
     pub fn units(columns: &[Column], unit: &'static str, scale: f64) -> Self {
+        let mut mend = Self::scaled(columns, &format!("in {unit}"), scale);
+        mend.edits.iter_mut().for_each(|edit| edit.unit = Some(unit));
+        mend
+    }
+
+    /// Another factor of several columns.
+    fn scaled(columns: &[Column], what: &str, scale: f64) -> Self {
         let names: Vec<&str> = columns.iter().map(|column| column.name()).collect();
         let verb = if names.len() == 1 { "is" } else { "are" };
         Self {
-            what: format!("{} {verb} in {unit}", names.join(", ")),
-            edits: columns.iter().map(|c| Edit { scale, unit: Some(unit), ..Edit::plain(*c) }).collect(),
+            what: format!("{} {verb} {what}", names.join(", ")),
+            edits: columns.iter().map(|column| Edit { scale, ..Edit::plain(*column) }).collect(),
             is_exchange: false,
             time: None,
         }
+    }
+
+    /// The same, and the wrong sign.
+    fn negated(&self) -> Self {
+        let mut mend = self.clone();
+        mend.what += ", and has the wrong sign";
+        mend.edits.iter_mut().for_each(|edit| edit.scale = -edit.scale);
+        mend
     }
 
     /// The wrong sign of some columns.
@@ -163,7 +179,9 @@ impl Mend {
     }
 }
 
-pub const DEG: f64 = PI / 180.0;
+const DVL: [Column; 3] = [Column::DvlU, Column::DvlV, Column::DvlW];
+const RATES: [Column; 3] = [Column::P, Column::Q, Column::R];
+const SHIP: [Column; 4] = [Column::ShipX, Column::ShipY, Column::ShipGpsX, Column::ShipGpsY];
 const FINS: [Column; 4] = [Column::FinTop, Column::FinBottom, Column::FinPort, Column::FinStarboard];
 
 /// Every mistake that is looked for, frequent ones first: of two that explain the same, the first is named first.
@@ -199,25 +217,27 @@ pub fn all() -> Vec<Mend> {
     mends.push(Mend::sign(&[Column::FinTop, Column::FinBottom]));
     mends.push(Mend::sign(&[Column::FinPort, Column::FinStarboard]));
     mends.push(Mend::sign(&FINS));
-    mends.push(Mend::sign(&[Column::P, Column::Q, Column::R]));
+    mends.push(Mend::sign(&RATES));
     mends.push(Mend::sign(&[Column::Q, Column::R]));
     mends.push(Mend::sign(&[Column::Roll, Column::P]));
     mends.push(Mend::sign(&[Column::Pitch, Column::Q]));
     mends.push(Mend::sign(&[Column::Pitch, Column::Q, Column::R]));
     mends.push(Mend::sign(&[Column::Pitch, Column::Q, Column::R, Column::DvlV, Column::DvlW]));
     mends.push(Mend::sign(&[Column::DvlV, Column::DvlW]));
-    mends.push(Mend::sign(&[Column::DvlU, Column::DvlV, Column::DvlW]));
+    mends.push(Mend::sign(&DVL));
     mends.push(Mend::sign(&[Column::DvlU, Column::DvlV]));
     mends.push(Mend::sign(&[Column::DvlU, Column::DvlW]));
     mends.push(Mend::sign(&[Column::GpsX, Column::GpsY]));
     mends.push(Mend::sign(&[Column::ShipX, Column::ShipY]));
     mends.push(Mend::sign(&[Column::ShipGpsX, Column::ShipGpsY]));
-    mends.push(Mend::sign(&[Column::ShipX, Column::ShipY, Column::ShipGpsX, Column::ShipGpsY]));
+    mends.push(Mend::sign(&SHIP));
+    // mirrored: what turns left is said to turn right
+    mends.push(Mend::sign(&[Column::Heading, Column::R]));
     mends.extend(exchanges());
     mends.extend(units());
-    for (unit, factor) in [("ms", 1e-3), ("us", 1e-6), ("min", 60.0), ("h", 3600.0)] {
-        mends.push(Mend::time(unit, factor));
-    }
+    mends.extend(
+        units::TIME.iter().filter(|(_, factor)| *factor != 1.0).map(|&(unit, factor)| Mend::time(unit, factor)),
+    );
     mends
 }
 
@@ -270,6 +290,11 @@ fn exchanges() -> Vec<Mend> {
         pair(Column::FinTop, Column::FinBottom),
         pair(Column::FinPort, Column::FinStarboard),
     ];
+    for [a, b, c] in [DVL, RATES] {
+        mends.push(Mend::exchange(&[(a, b, 1.0), (b, c, 1.0), (c, a, 1.0)]));
+        mends.push(Mend::exchange(&[(a, c, 1.0), (b, a, 1.0), (c, b, 1.0)]));
+    }
+    mends.extend(quarter(Column::ShipX, Column::ShipY));
     mends.extend(quarter(Column::GpsX, Column::GpsY));
     mends.extend(quarter(Column::DvlU, Column::DvlV));
     mends.extend(quarter(Column::Roll, Column::Pitch));
@@ -277,55 +302,67 @@ fn exchanges() -> Vec<Mend> {
     mends
 }
 
+/// Columns that one program writes in one unit, and each that it may write alone.
+const WRITTEN: [&[Column]; 23] = [
+    &RATES,
+    &[Column::P],
+    &[Column::Q],
+    &[Column::R],
+    &[Column::Roll],
+    &[Column::Pitch],
+    &[Column::Depth],
+    &DVL,
+    &[Column::DvlU],
+    &[Column::DvlV],
+    &[Column::DvlW],
+    &[Column::SpeedLog],
+    &[Column::PropRpm],
+    &[Column::GpsX, Column::GpsY],
+    &[Column::ShipX, Column::ShipY],
+    &[Column::ShipGpsX, Column::ShipGpsY],
+    &SHIP,
+    &[Column::Range],
+    &[Column::RangeRate],
+    &[Column::UsblRange],
+    &[Column::UsblBearing],
+    &[Column::UsblElevation],
+    &[Column::UsblBearing, Column::UsblElevation],
+];
+
+/// Factors that relations leave open.
+const ALIKE: std::ops::Range<f64> = 0.6..1.6;
+
+/// Units that are converted from, twice by mistake.
+const TWICE: [&str; 4] = ["deg", "deg/s", "kn", "ft"];
+
+/// Every unit that a mapping takes, once with the right sign and once with the other.
 fn units() -> Vec<Mend> {
     let mut mends = Vec::new();
-    let scaled = |what: String, column: Column, scale: f64| Mend::one(what, Edit { scale, ..Edit::plain(column) });
-    let rates = [Column::P, Column::Q, Column::R];
-    mends.push(Mend::units(&rates, "deg/s", DEG));
-    for column in rates {
-        mends.push(Mend::unit(column, "deg/s", DEG));
-        mends.push(scaled(format!("{} is converted from degrees twice", column.name()), column, 1.0 / DEG));
+    for columns in WRITTEN {
+        // what is nearly the column's own no relation tells; gon are of courses, which are told by what they wrap at
+        let known = units::of(columns[0].name()).filter(|(unit, scale)| !ALIKE.contains(scale) && *unit != "gon");
+        let mut last = 1.0;
+        for &(unit, scale) in known {
+            if scale == last {
+                continue; // another name of the same
+            }
+            last = scale;
+            mends.push(Mend::units(columns, unit, scale));
+            if TWICE.contains(&unit) {
+                mends.push(Mend::scaled(columns, &format!("converted from {unit} twice"), 1.0 / scale));
+            }
+        }
     }
-    for column in [Column::Roll, Column::Pitch] {
-        mends.push(Mend::unit(column, "deg", DEG));
-        mends.push(scaled(format!("{} is converted from degrees twice", column.name()), column, 1.0 / DEG));
+    let negated: Vec<Mend> = mends.iter().filter(|mend| mend.edits.len() == 1).map(Mend::negated).collect();
+    mends.extend(negated);
+    // an interrogation goes there and back; 1,500 m/s are the sound's
+    for column in [Column::Range, Column::RangeRate, Column::UsblRange] {
+        mends.push(Mend::scaled(&[column], "two-way", 0.5));
+        mends.push(Mend::scaled(&[column], "half of one-way", 2.0));
     }
-    let n_per_m3 = 1025.0 * 9.81;
-    for (unit, scale) in [
-        ("ft", M_PER_FOOT),
-        ("bar", 1e5 / n_per_m3),
-        ("cm", 1e-2),
-        ("mm", 1e-3),
-        ("kPa", 1e3 / n_per_m3),
-        ("mbar", 1e2 / n_per_m3),
-    ] {
-        mends.push(Mend::unit(Column::Depth, unit, scale));
-    }
-    let dvl = [Column::DvlU, Column::DvlV, Column::DvlW];
-    for (unit, scale) in [("kn", MPS_PER_KNOT), ("mm/s", 1e-3), ("cm/s", 1e-2), ("km/h", 1.0 / 3.6)] {
-        mends.push(Mend::units(&dvl, unit, scale));
-        mends.push(Mend::unit(Column::DvlU, unit, scale));
-        mends.push(Mend::unit(Column::SpeedLog, unit, scale));
-    }
-    for (what, scale) in [("in ft/s", M_PER_FOOT), ("converted from knots twice", 1.0 / MPS_PER_KNOT)] {
-        let edits = dvl.iter().map(|column| Edit { scale, ..Edit::plain(*column) }).collect();
-        let what_dvl = format!("dvl_u_mps, dvl_v_mps, dvl_w_mps are {what}");
-        mends.push(Mend { what: what_dvl, edits, is_exchange: false, time: None });
-        mends.push(scaled(format!("speed_log_mps is {what}"), Column::SpeedLog, scale));
-    }
-    for (unit, scale) in [("rad/s", 1.0 / RADPS_PER_RPM), ("1/s", 60.0)] {
-        mends.push(Mend::unit(Column::PropRpm, unit, scale));
-    }
-    mends.push(scaled("depth_m is in fathoms".to_owned(), Column::Depth, 6.0 * M_PER_FOOT));
-    mends.push(scaled("prop_rpm is in degrees per second".to_owned(), Column::PropRpm, 1.0 / 6.0));
-    for (unit, scale) in [("km", 1e3), ("mm", 1e-3), ("cm", 1e-2), ("ft", M_PER_FOOT)] {
-        mends.push(Mend::units(&[Column::GpsX, Column::GpsY], unit, scale));
-        mends.push(Mend::unit(Column::Range, unit, scale));
-    }
-    mends.push(scaled("range_m is a two-way distance".to_owned(), Column::Range, 0.5));
-    mends.push(scaled("range_m is half of a one-way distance".to_owned(), Column::Range, 2.0));
-    for (unit, scale) in [("mm/s", 1e-3), ("cm/s", 1e-2), ("kn", MPS_PER_KNOT), ("km/h", 1.0 / 3.6)] {
-        mends.push(Mend::unit(Column::RangeRate, unit, scale));
+    for column in [Column::Range, Column::UsblRange] {
+        mends.push(Mend::scaled(&[column], "a travel time in s", 1500.0));
+        mends.push(Mend::scaled(&[column], "a travel time in ms", 1.5));
     }
     mends
 }

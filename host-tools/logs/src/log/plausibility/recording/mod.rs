@@ -20,6 +20,7 @@ mod slope;
 mod usbl;
 
 use super::{Finding, Severity, Untested};
+use crate::log::units::Unit;
 use crate::log::{Column, Log};
 use grid::Grid;
 pub(super) use mend::Mend;
@@ -103,14 +104,13 @@ pub(super) struct Tests {
 }
 
 /// What contradicts signs, axes and units, and what this log cannot show. Columns whose values are `odd` are the first to
-/// be blamed; those that are doubted are left out.
-pub(super) fn check(log: &Log, odd: &[Column], is_doubted: impl Fn(Column) -> bool) -> Tests {
+/// be blamed; a `heading` in another unit is read in it; columns that are doubted are left out.
+pub(super) fn check(log: &Log, odd: &[Column], heading: Option<Unit>, is_doubted: impl Fn(Column) -> bool) -> Tests {
     let mut tests = Tests::default();
-    let is_in_degrees = odd.contains(&Column::Heading);
-    let Some(mut grid) = Grid::of(log, is_in_degrees, is_doubted) else { return tests };
+    let Some(mut grid) = Grid::of(log, heading.map_or(1.0, |(_, rad)| rad), is_doubted) else { return tests };
     tests.turn = course::turn(&grid);
     let mut done: Vec<Mend> = Vec::new();
-    done.extend(is_in_degrees.then(|| Mend::unit(Column::Heading, "deg", mend::DEG)));
+    done.extend(heading.map(|(unit, rad)| Mend::unit(Column::Heading, unit, rad)));
     let test = |relation: &'static Relation, grid: &Grid| {
         let missing: Vec<&str> =
             relation.needs.iter().filter(|column| !grid.has(**column)).map(|column| column.name()).collect();
