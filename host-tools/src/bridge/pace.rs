@@ -41,7 +41,8 @@ impl Pace {
             return false;
         }
         // the mean rate is kept where records come at no multiple of the period
-        self.due_us = self.due_us.max(now.0.saturating_sub(period_us)).min(now.0).saturating_add(period_us);
+        let next_us = self.due_us.min(now.0).saturating_add(period_us);
+        self.due_us = if next_us > now.0 { next_us } else { now.0.saturating_add(period_us) };
         true
     }
 }

@@ -151,6 +151,11 @@ impl Mend {
         lines.lines().all(has)
     }
 
+    /// Whether these are two mistakes, another unit and the wrong sign.
+    pub fn is_double(&self) -> bool {
+        self.edits.iter().any(|edit| edit.scale < 0.0 && edit.scale != -1.0)
+    }
+
     /// Whether it changes any of these columns.
     pub fn touches(&self, columns: &[Column]) -> bool {
         self.time.is_some() || self.edits.iter().any(|edit| columns.contains(&edit.target))

@@ -169,7 +169,9 @@ pub(super) fn check(log: &Log, odd: &[Column], heading: Option<Unit>, is_doubted
             let blamed = odd.iter().filter(|column| mend.touches(&[**column])).count() as i32;
             let score = change.sum::<i32>();
             if score > 0 {
-                found.push(Candidate { score: score + OF_ODD * blamed, mend, outcomes });
+                // two mistakes only where one explains less
+                let score = score + OF_ODD * blamed - i32::from(mend.is_double());
+                found.push(Candidate { score, mend, outcomes });
             }
         }
         let Some(most) = found.iter().map(|candidate| candidate.score).max() else { break };
