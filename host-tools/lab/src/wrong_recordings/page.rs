@@ -81,9 +81,11 @@ impl Page {
             page,
             "Made by `cargo lab wrong-recordings --first-seed {} --clean {}` (version {}), each recorded log below given by \
              `--log`, or by `--held-out` where nobody looked at it while the tests of columns were written. A log that is \
-             right is recorded wrongly by an exact change of its columns ({known} mistakes that the tests were tried on, \
-             {held_out} that they were not), as far as it has them, and examined as `backseat info` does. Simulated logs \
-             have {:.0} min.\n",
+             right is recorded wrongly by an exact change of its columns, as far as it has them, and examined as \
+             `backseat info` does. The tests were tried on {known} mistakes while they were written. {held_out} others were \
+             tried when they stood: of those that a log shows 57 to 63 % were named right. The tests have been mended in \
+             sight of these since, so that no table here says what becomes of a mistake that nobody thought of. Simulated \
+             logs have {:.0} min.\n",
             self.first_seed,
             self.clean.len(),
             env!("CARGO_PKG_VERSION"),
@@ -95,7 +97,7 @@ impl Page {
                  *Silent*: none of these. Percentages are of what the log shows, and of all.\n\n";
         for (title, of) in [
             ("## Mistakes that the tests were tried on", Row::known as fn(&Row) -> Counts),
-            ("## Mistakes that nobody tried before", Row::held_out),
+            ("## Mistakes that were tried later", Row::held_out),
         ] {
             let _ = writeln!(page, "{title}\n\n{}\n", self.table(of));
         }
