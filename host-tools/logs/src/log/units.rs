@@ -16,15 +16,20 @@ pub type Unit = (&'static str, f64);
 /// Units of a time.
 pub const TIME: &[Unit] = &[("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9), ("min", 60.0), ("h", 3600.0)];
 
-/// Pressures, as a depth in sea water.
-pub const PRESSURE: &[Unit] = &[
-    ("dbar", 1e4 / SEA_WATER_N_PER_M3),
-    ("bar", 1e5 / SEA_WATER_N_PER_M3),
-    ("kPa", 1e3 / SEA_WATER_N_PER_M3),
-    ("mbar", 1e2 / SEA_WATER_N_PER_M3),
-    ("Pa", 1.0 / SEA_WATER_N_PER_M3),
-    ("psi", 6_894.757 / SEA_WATER_N_PER_M3),
-];
+/// Pressures, Pa.
+pub(crate) const PASCALS: [Unit; 6] =
+    [("dbar", 1e4), ("bar", 1e5), ("kPa", 1e3), ("mbar", 1e2), ("Pa", 1.0), ("psi", 6_894.757)];
+
+/// The same, as a depth in sea water, m.
+static PRESSURES: [Unit; 6] = {
+    let mut units = PASCALS;
+    let mut at = 0;
+    while at < units.len() {
+        units[at].1 /= SEA_WATER_N_PER_M3;
+        at += 1;
+    }
+    units
+};
 
 /// Units by the ending of a column's name, frequent ones first.
 const UNITS: [(&str, &[Unit]); 9] = [
@@ -63,7 +68,7 @@ const UNITS: [(&str, &[Unit]); 9] = [
 /// Units of a column by its name, its own first; a depth may be a pressure.
 pub fn of(column: &str) -> impl Iterator<Item = &'static Unit> + Clone {
     let units = UNITS.iter().find(|(ending, _)| column.ends_with(ending)).map_or(&[("1", 1.0)][..], |(_, units)| units);
-    units.iter().chain(if column == "depth_m" { PRESSURE } else { &[] })
+    units.iter().chain(if column == "depth_m" { &PRESSURES[..] } else { &[] })
 }
 
 /// What one of a unit is in the own unit of a column; `None` of a unit that it does not take.

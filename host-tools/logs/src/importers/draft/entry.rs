@@ -146,7 +146,11 @@ impl Entry {
             return;
         }
         if self.target == "heading_rad" && self.sign < 0.0 {
-            self.offset = -if self.unit == "deg" { 90.0 } else { FRAC_PI_2 };
+            self.offset = -match self.unit {
+                "deg" => 90.0,
+                "gon" => 100.0,
+                _ => FRAC_PI_2,
+            };
             self.checks.push("taken as counted from east, counter-clockwise".to_owned());
         }
         if column.is_pressure() {
@@ -219,7 +223,7 @@ pub(super) fn mend(entries: &mut [Entry], found: &Examination) -> Vec<String> {
             let factor = of_unit * number(line, "sign", 1.0) * number(line, "scale", 1.0);
             // the unit itself, where the draft had none of its own
             let is_plain = units::factor(target, source.unit) == Some(1.0) && source.scale == 1.0;
-            let known = super::names::units().map(|(_, known)| known).find(|known| unit == Some(*known));
+            let known = super::names::unit_names().map(|(_, known)| known).find(|known| unit == Some(*known));
             entry.change(source, factor, number(line, "offset", 0.0), known.filter(|_| is_plain));
             entry.sure = None;
             entry.checks.push(format!("changed: {}{}", finding.what, evidence(finding)));

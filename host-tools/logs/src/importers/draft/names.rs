@@ -91,7 +91,6 @@ const UNIT_NAMES: &[(&str, &str)] = &[
     ("mbar hpa", "mbar"),
     ("kpa", "kPa"),
     ("pa", "Pa"),
-    ("psi", "psi"),
     ("mm", "mm"),
     ("cm", "cm"),
     ("km", "km"),
@@ -106,7 +105,7 @@ const UNIT_NAMES: &[(&str, &str)] = &[
 ];
 
 /// Units as names state them one by one, and how the mapping calls them.
-pub(super) fn units() -> impl Iterator<Item = (&'static str, &'static str)> {
+pub(super) fn unit_names() -> impl Iterator<Item = (&'static str, &'static str)> {
     UNIT_NAMES.iter().flat_map(|(names, unit)| names.split(' ').map(move |name| (name, *unit)))
 }
 

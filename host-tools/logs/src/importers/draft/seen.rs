@@ -1,7 +1,7 @@
 //! A column of a table: its name in words, its unit, its values.
 
-use super::names::{COMMAND, COUNTS, MAGNETIC, MISSING, NAMES, NONE, NOTHING, PRESSURE, units};
-use crate::log::units;
+use super::names::{COMMAND, COUNTS, MAGNETIC, MISSING, NAMES, NONE, NOTHING, PRESSURE, unit_names};
+use crate::log::units::{self, PASCALS};
 use crate::log::{Column, table};
 
 /// A column of the table.
@@ -35,7 +35,7 @@ impl Seen {
             None => (lower.as_str(), ""),
         };
         let plain = outside.replace([' ', '-', '/'], "_");
-        let unit = |text: &str| units().find(|(name, _)| *name == text).map(|(_, unit)| unit);
+        let unit = |text: &str| unit_names().find(|(name, _)| *name == text).map(|(_, unit)| unit);
         // of one word, or of two, as in deg_s
         let tail = |words: usize| {
             let start = plain.rmatch_indices(['_', '.']).nth(words - 1).map(|(at, _)| at + 1);
@@ -109,14 +109,8 @@ impl Seen {
 
     /// Its unit, if it is a pressure, in Pa.
     pub fn pascals(&self) -> f64 {
-        match self.unit_for("depth_m", false) {
-            "Pa" => 1.0,
-            "mbar" => 1e2,
-            "kPa" => 1e3,
-            "bar" => 1e5,
-            "psi" => 6_894.757,
-            _ => 1e4,
-        }
+        let unit = self.unit_for("depth_m", false);
+        PASCALS.iter().find(|(known, _)| *known == unit).map_or(1e4, |(_, pa)| *pa)
     }
 
     /// Which part of a quaternion it is by its name: 0 for w, 1 to 3 for x, y, z.

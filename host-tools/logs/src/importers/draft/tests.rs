@@ -68,6 +68,22 @@ fn a_pressure_is_a_depth() {
     assert_eq!(draft(&path).unwrap().unused, ["pressure_dbar"]);
 }
 
+/// ψ is a heading before it is a pressure; a course from east may be in gon.
+#[test]
+fn a_heading_by_its_symbol_and_in_gon() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("h.csv");
+    for (name, heading) in
+        [("nav_psi", 0.5), ("yaw_enu [gon]", std::f64::consts::FRAC_PI_2 - 0.5 * std::f64::consts::PI / 200.0)]
+    {
+        std::fs::write(&path, format!("t,{name},depth_m\n0,0.5,1\n1,0.5,2\n")).unwrap();
+        let draft = draft(&path).unwrap();
+        let map = ColumnMap::parse(&draft.text, Path::new("m.toml")).unwrap();
+        let found = read_mapped(&path, &map).unwrap().log.rows[0].get(Column::Heading);
+        assert!(found.is_some_and(|found| (found - heading).abs() < 1e-9), "{name}: {found:?} {}", draft.text);
+    }
+}
+
 #[test]
 fn a_log_that_is_no_table_needs_no_draft() {
     let folder = tempfile::tempdir().unwrap();
