@@ -15,7 +15,6 @@ use anyhow::Context as _;
 use backseat_logs::Log;
 use backseat_logs::log::plausibility::Examination;
 use backseat_report::console;
-use change::Wrong;
 use judge::{Judged, judge};
 use logs::{Base, Clean};
 use page::{Page, Row};
@@ -65,7 +64,7 @@ pub struct Args {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 enum Done {
     /// Every mistake that it has the columns for.
-    Wrong { clean: Vec<String>, known: BTreeMap<String, Judged>, held_out: BTreeMap<String, Judged> },
+    Wrong { clean: Vec<String>, judged: BTreeMap<String, Judged> },
     /// What is said against a log that is right.
     Clean { what: String, accused: Vec<String> },
 }
@@ -112,12 +111,11 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     })?;
     let Some(done) = done else { return Ok(()) };
     let row = |(base, run): (&Base, &ExaminedRun)| match &run.done {
-        Done::Wrong { clean, known, held_out } => Some(Row {
+        Done::Wrong { clean, judged } => Some(Row {
             name: base.name(),
             is_held_out: matches!(base, Base::File(path) if args.held_out.contains(path)),
             clean: clean.clone(),
-            known: known.clone(),
-            held_out: held_out.clone(),
+            judged: judged.clone(),
         }),
         Done::Clean { .. } => None,
     };
@@ -142,10 +140,9 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
 
 /// Every mistake made in one log.
 fn wrongly(log: &Log) -> Done {
-    let each = |list: Vec<Wrong>| -> BTreeMap<String, Judged> {
-        list.iter().filter_map(|wrong| Some((wrong.name.clone(), judge(wrong, log)?))).collect()
-    };
-    Done::Wrong { clean: accusations(log), known: each(recordings::known()), held_out: each(recordings::held_out()) }
+    let each = recordings::known();
+    let judged = each.iter().filter_map(|wrong| Some((wrong.name.clone(), judge(wrong, log)?))).collect();
+    Done::Wrong { clean: accusations(log), judged }
 }
 
 fn accusations(log: &Log) -> Vec<String> {
