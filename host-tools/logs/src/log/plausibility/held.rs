@@ -1,7 +1,8 @@
 //! Readings that stand still where the vehicle moves, and readings in no order.
 
+use super::recording::Mend;
 use super::{ColumnSummary, Finding};
-use crate::log::{Column, Log};
+use crate::log::{Column, Log, units};
 use std::f64::consts::TAU;
 
 /// Fewest samples that say something about how a sensor behaves.
@@ -194,8 +195,23 @@ fn order(log: &Log, columns: &[ColumnSummary]) -> Vec<Finding> {
                 steps / variance,
                 near.len()
             );
-            findings.push(Finding::suspicious(column, message));
+            findings.push(noise_of_another_unit(column, variance.sqrt(), spread, Finding::suspicious(column, message)));
         }
     }
     findings
+}
+
+/// A depth in no order is either none, or a sensor's noise at one depth in a unit that makes it large.
+fn noise_of_another_unit(column: Column, deviation: f64, spread: f64, finding: Finding) -> Finding {
+    if column != Column::Depth {
+        return finding;
+    }
+    let small = units::of(column.name()).filter(|(_, metres)| deviation * metres < spread);
+    let (names, mends): (Vec<&str>, Vec<String>) =
+        small.map(|(unit, metres)| (*unit, Mend::unit(column, unit, *metres).lines())).unzip();
+    if names.is_empty() {
+        return finding;
+    }
+    let message = format!("{}; or it is the noise at one depth in {}", finding.message, names.join(", "));
+    Finding { message, alternatives: mends, ..finding }
 }
