@@ -1,6 +1,6 @@
 //! What a wrong recording does to a log.
 
-use backseat_logs::{Column, Log};
+use backseat_logs::{Column, Log, LogRow};
 
 /// A mistake in recording.
 pub struct Wrong {
@@ -15,6 +15,8 @@ pub type Function = Box<dyn Fn(f64) -> f64>;
 pub enum Change {
     /// Of the values of some columns.
     Values(Vec<(Column, Function)>),
+    /// Of these columns, from several of the same row.
+    Rows(Vec<Column>, fn(&mut LogRow)),
     /// Columns become others: (target, source, factor).
     Places(Vec<(Column, Column, f64)>),
     /// Times become so many times as long.
@@ -36,6 +38,7 @@ impl Wrong {
             Change::Values(changes) => changes.iter().map(|change| change.0).collect(),
             Change::Places(places) => places.iter().map(|place| place.0).collect(),
             Change::Time(_) => Vec::new(),
+            Change::Rows(columns, _) => columns.clone(),
             Change::Shuffled(columns) | Change::Held(columns, _) | Change::Filled(columns) => columns.clone(),
             Change::Lost(column, _) => vec![*column],
         }
@@ -58,6 +61,12 @@ impl Wrong {
                         }
                     }
                 }
+            }
+            Change::Rows(columns, change) => {
+                if !has(&log, &mut columns.iter().copied()) {
+                    return None;
+                }
+                log.rows.iter_mut().for_each(change);
             }
             Change::Places(places) => {
                 if !has(&log, &mut places.iter().map(|place| place.1)) {

@@ -12,7 +12,7 @@ fn exchanged(target: Column, source: Column, rest: &str) -> String {
     format!("columns.{} = {{ column = \"{}\"{rest} }}", target.name(), source.name())
 }
 
-fn values(name: &str, columns: &[Column], change: impl Fn(f64) -> f64 + Copy + 'static, rest: &str) -> Wrong {
+pub fn values(name: &str, columns: &[Column], change: impl Fn(f64) -> f64 + Copy + 'static, rest: &str) -> Wrong {
     let lines: Vec<String> = columns.iter().map(|column| line(*column, rest)).collect();
     Wrong {
         name: name.to_owned(),
@@ -21,17 +21,21 @@ fn values(name: &str, columns: &[Column], change: impl Fn(f64) -> f64 + Copy + '
     }
 }
 
-fn negated(columns: &[Column]) -> Wrong {
+pub fn negated(columns: &[Column]) -> Wrong {
     let names: Vec<&str> = columns.iter().map(|column| column.name()).collect();
     values(&format!("{} negated", names.join(", ")), columns, |x| -x, ", sign = -1")
 }
 
-fn swapped(a: Column, b: Column) -> Wrong {
+pub fn swapped(a: Column, b: Column) -> Wrong {
     Wrong {
         name: format!("{} and {} exchanged", a.name(), b.name()),
         change: Change::Places(vec![(a, b, 1.0), (b, a, 1.0)]),
         mends: vec![format!("{}\n{}", exchanged(a, b, ""), exchanged(b, a, ""))],
     }
+}
+
+pub fn other(name: &str, change: Change, mend: &str) -> Wrong {
+    Wrong { name: name.to_owned(), change, mends: vec![mend.to_owned()] }
 }
 
 fn scaled(column: Column, unit: &str, factor: f64) -> Wrong {
@@ -40,7 +44,7 @@ fn scaled(column: Column, unit: &str, factor: f64) -> Wrong {
 
 impl Wrong {
     /// Another line that undoes it as well.
-    fn or(mut self, lines: impl Into<String>) -> Self {
+    pub fn or(mut self, lines: impl Into<String>) -> Self {
         self.mends.push(lines.into());
         self
     }
@@ -260,8 +264,6 @@ fn later() -> Vec<Wrong> {
     use Column::*;
     let n_per_m3 = 1025.0 * 9.81;
     let wrapped = |x: f64| (x + PI).rem_euclid(2.0 * PI) - PI;
-    let other =
-        |name: &str, change: Change, mend: &str| Wrong { name: name.to_owned(), change, mends: vec![mend.to_owned()] };
     let cycle = [(DvlU, DvlV, 1.0), (DvlV, DvlW, 1.0), (DvlW, DvlU, 1.0)];
     let uncycle = [(DvlU, DvlW), (DvlV, DvlU), (DvlW, DvlV)];
     let uncycle: Vec<String> = uncycle.iter().map(|(a, b)| exchanged(*a, *b, "")).collect();
