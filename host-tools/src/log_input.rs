@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 /// How a log is to be read.
 #[derive(clap::Args)]
 pub struct LogInput {
-    /// Column mapping for a table of another maker: `[time]` with column, unit (s, ms, us, min, h, hms) and base (start
+    /// Column mapping for a table of another maker: `[time]` with column, unit (s, ms, us, min, h, d, hms) and base (start
     /// or epoch), and for each column of the vehicle log, such as `[columns.depth_m]`, its column, unit, sign, scale,
     /// offset. In a log of messages (ROS 2 bag, MOOS, LSTS, ArduPilot, MAVLink, PX4) the same with their numbers as
     /// columns, such as RCOU.C1

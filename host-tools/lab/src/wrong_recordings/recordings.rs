@@ -55,6 +55,7 @@ pub fn known() -> Vec<Wrong> {
     let mut list = first();
     list.extend(looked_at());
     list.extend(later());
+    list.extend(super::latest::latest());
     list
 }
 

@@ -14,7 +14,8 @@ pub(crate) const SEA_WATER_N_PER_M3: f64 = 1025.0 * 9.81;
 pub type Unit = (&'static str, f64);
 
 /// Units of a time.
-pub const TIME: &[Unit] = &[("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9), ("min", 60.0), ("h", 3600.0)];
+pub const TIME: &[Unit] =
+    &[("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9), ("min", 60.0), ("h", 3600.0), ("d", 86_400.0)];
 
 /// Pressures, Pa.
 pub(crate) const PASCALS: [Unit; 6] =
@@ -31,10 +32,29 @@ static PRESSURES: [Unit; 6] = {
     units
 };
 
-/// Units by the ending of a column's name, frequent ones first.
+/// Units by the ending of a column's name, frequent ones first; a cdeg is a hundredth of a degree.
 const UNITS: [(&str, &[Unit]); 9] = [
-    ("_radps", &[("rad/s", 1.0), ("deg/s", RAD_PER_DEG), ("deg/min", RAD_PER_DEG / 60.0)]),
-    ("_rad", &[("rad", 1.0), ("deg", RAD_PER_DEG), ("gon", PI / 200.0)]),
+    (
+        "_radps",
+        &[
+            ("rad/s", 1.0),
+            ("deg/s", RAD_PER_DEG),
+            ("deg/min", RAD_PER_DEG / 60.0),
+            ("mrad/s", 1e-3),
+            ("rpm", RADPS_PER_RPM),
+        ],
+    ),
+    (
+        "_rad",
+        &[
+            ("rad", 1.0),
+            ("deg", RAD_PER_DEG),
+            ("cdeg", RAD_PER_DEG / 100.0),
+            ("mrad", 1e-3),
+            ("gon", PI / 200.0),
+            ("mil", PI / 3200.0),
+        ],
+    ),
     (
         "_mps",
         &[
@@ -59,6 +79,8 @@ const UNITS: [(&str, &[Unit]); 9] = [
             ("km", 1e3),
             ("fathom", 6.0 * M_PER_FOOT),
             ("in", M_PER_FOOT / 12.0),
+            ("yd", 3.0 * M_PER_FOOT),
+            ("nmi", 1852.0),
         ],
     ),
     ("_s", &[("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9)]),

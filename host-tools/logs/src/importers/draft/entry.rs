@@ -146,11 +146,7 @@ impl Entry {
             return;
         }
         if self.target == "heading_rad" && self.sign < 0.0 {
-            self.offset = -match self.unit {
-                "deg" => 90.0,
-                "gon" => 100.0,
-                _ => FRAC_PI_2,
-            };
+            self.offset = -FRAC_PI_2 / units::factor(self.target, self.unit).unwrap_or(1.0);
             self.checks.push("taken as counted from east, counter-clockwise".to_owned());
         }
         if column.is_pressure() {

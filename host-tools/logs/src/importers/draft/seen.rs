@@ -220,7 +220,7 @@ impl Seen {
         }
         let first = self.first?;
         let span = (self.last - first) / self.numbers.max(2) as f64;
-        let stated = self.unit.filter(|unit| ["s", "ms", "us", "ns", "min", "h"].contains(unit));
+        let stated = self.unit.filter(|unit| units::TIME.iter().any(|(known, _)| known == unit));
         // nanoseconds, microseconds, milliseconds, seconds since 1970, then by the time between two rows
         let (unit, base) = match (first, span) {
             (f, _) if f > 1e17 => ("ns", "epoch"),

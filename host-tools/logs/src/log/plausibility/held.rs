@@ -3,6 +3,7 @@
 use super::recording::Mend;
 use super::{ColumnSummary, Finding};
 use crate::log::{Column, Log, units};
+use crate::stats::percentile;
 use std::f64::consts::TAU;
 
 /// Fewest samples that say something about how a sensor behaves.
@@ -21,6 +22,9 @@ const HELD_FIXES: usize = 8;
 const MOVING_MPS: f64 = 0.3;
 /// Water over the antenna through which no receiver has a fix, m: beyond waves and the depth of the hull.
 const SUBMERGED_M: f64 = 3.0;
+/// So many fixes within so little depth, m, are all at the surface, or of an acoustic positioning system.
+const FEW_FIXES: usize = 5;
+const ONE_DEPTH_M: f64 = 1.5;
 /// Samples further apart need not be alike, s.
 const NEAR_S: f64 = 5.0;
 /// Mean square of steps over variance: 2 in random order (von Neumann 1941), far below 1 of anything that moves.
@@ -120,12 +124,14 @@ fn fixes(log: &Log) -> Option<Finding> {
     let (mut speed, mut depth): (f64, f64) = (0.0, 0.0);
     let (mut before, mut same) = (None, 0_usize);
     let (mut all, mut held, mut deep) = (0_usize, 0_usize, 0_usize);
+    let mut depths = Vec::new();
     for row in &log.rows {
         let logged = [Column::DvlU, Column::WaterSpeed, Column::SpeedLog].into_iter().find_map(|c| row.get(c));
         speed = logged.map_or(speed, f64::abs);
         depth = row.get(Column::Depth).unwrap_or(depth);
         let Some(fix) = row.gnss_m() else { continue };
         all += 1;
+        depths.push(depth);
         same = if before == Some(fix) { same + 1 } else { 0 };
         before = Some(fix);
         held += usize::from(same >= HELD_FIXES && (speed > MOVING_MPS || depth > SUBMERGED_M));
@@ -137,6 +143,15 @@ fn fixes(log: &Log) -> Option<Finding> {
              was held on. Leave these cells empty, or they count as measurements"
         );
         return Some(Finding::suspicious(Column::GpsX, message));
+    }
+    let [low, high] = [0.1, 0.9].map(|part| percentile(&depths, part).unwrap_or(0.0));
+    if low.abs().min(high.abs()) > SUBMERGED_M && high - low < ONE_DEPTH_M && all >= FEW_FIXES {
+        let message = format!(
+            "depth_m is {:.2} at the fixes (median of {all}), where the antenna is above the water: is it not zeroed at the \
+             surface, or of an absolute pressure, or are the fixes acoustic?",
+            percentile(&depths, 0.5)?
+        );
+        return Some(Finding::remark(Column::Depth, message));
     }
     if deep > 2 * HELD_FIXES && deep * 20 > all {
         let message = format!(

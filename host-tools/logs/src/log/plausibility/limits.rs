@@ -1,5 +1,6 @@
 //! Values that no vehicle has: wrong units, marks of no reading, times that cannot be.
 
+use super::angles::{self, FASTEST_TURN_RADPS};
 use super::recording::Mend;
 use super::{ColumnSummary, Finding, Severity};
 use crate::log::units::{self, RAD_PER_DEG as DEG, Unit};
@@ -15,23 +16,22 @@ struct Limit {
     high: f64,
     /// What values outside could be.
     guess: &'static str,
-    /// Units that the mapping knows, in the column's own, and a size that is usual.
-    units: &'static [(&'static str, f64)],
+    /// A size that is usual, where it tells the unit; else zero.
     usual: f64,
 }
 
 /// Wide: beyond every AUV, ship and glider that this project knows.
 const LIMITS: &[Limit] = &[
-    limit(&[Column::Roll], -PI, PI, "is it in degrees?").units(0.3, &[("deg", DEG)]),
-    limit(&[Column::Pitch], -FRAC_PI_2, FRAC_PI_2, "is it in degrees?").units(0.3, &[("deg", DEG)]),
-    limit(&[Column::P, Column::Q, Column::R], -2.0, 2.0, "is it in degrees per second?").units(0.2, &[("deg/s", DEG)]),
+    limit(&[Column::Roll], -PI, PI, "is it in degrees?").usually(0.3),
+    limit(&[Column::Pitch], -FRAC_PI_2, FRAC_PI_2, "is it in degrees?").usually(0.3),
+    limit(&[Column::P, Column::Q, Column::R], -2.0, 2.0, "is it in degrees per second?").usually(0.2),
     limit(
         &[Column::FinTop, Column::FinBottom, Column::FinPort, Column::FinStarboard],
         -FRAC_PI_2,
         FRAC_PI_2,
         "is it in degrees, or in servo counts?",
     )
-    .units(0.2, &[("deg", DEG)]),
+    .usually(0.2),
     limit(&[Column::Depth], -3.0, 11_000.0, "depth is positive down, in metres: wrong sign, or another unit?"),
     limit(
         &[Column::DvlU, Column::DvlV, Column::DvlW, Column::SpeedLog, Column::WaterSpeed],
@@ -39,13 +39,13 @@ const LIMITS: &[Limit] = &[
         12.0,
         "is it in cm/s or mm/s, or the instrument's mark of no reading?",
     )
-    .units(1.5, &[("mm/s", 1e-3), ("cm/s", 1e-2)]),
+    .usually(1.5),
     limit(&[Column::PropRpm], -6000.0, 6000.0, "is it in rad/s, in degrees per second or in per mille?"),
     limit(&[Column::Range, Column::TwoWayRange, Column::UplinkRange], 0.0, 30_000.0, "is it in mm, or a travel time?"),
-    limit(&[Column::UsblElevation], -FRAC_PI_2, FRAC_PI_2, "is it in degrees?").units(0.5, &[("deg", DEG)]),
-    limit(&[Column::UsblBearing], -TAU, TAU, "is it in degrees?").units(2.0, &[("deg", DEG)]),
+    limit(&[Column::UsblElevation], -FRAC_PI_2, FRAC_PI_2, "is it in degrees?").usually(0.5),
+    limit(&[Column::UsblBearing], -TAU, TAU, "is it in degrees?").usually(2.0),
     limit(&[Column::UsblRange], 0.0, 30_000.0, "is it in mm, or a travel time?"),
-    limit(&[Column::RangeRate], -20.0, 20.0, "is it in cm/s or mm/s?").units(1.5, &[("mm/s", 1e-3), ("cm/s", 1e-2)]),
+    limit(&[Column::RangeRate], -20.0, 20.0, "is it in cm/s or mm/s?").usually(1.5),
     limit(
         &[Column::GpsX, Column::GpsY, Column::ShipGpsX, Column::ShipGpsY, Column::ShipX, Column::ShipY],
         -200_000.0,
@@ -56,12 +56,10 @@ const LIMITS: &[Limit] = &[
     limit(&[Column::WaterDensity], 950.0, 1100.0, "water has 995 to 1040 kg/m^3: is it in g/cm^3, or above 1000?"),
 ];
 
-/// A fast vehicle turns at 1 rad/s; a heading in degrees seems to turn faster.
-const FASTEST_TURN_RADPS: f64 = 2.0;
 /// Steps between samples in which noise of an angle is no motion, µs.
 const SLOW_STEP_US: (u64, u64) = (50_000, 2_000_000);
-/// A step of a heading that is a wrap in degrees.
-const WRAP: f64 = 100.0;
+/// Values so many times as large or as small as usual are not of that unit.
+const UNUSUAL: f64 = 15.0;
 /// Median time between samples of a moving sensor from which on the unit of the time is doubted, s.
 const SLOWEST_SENSOR_S: f64 = 30.0;
 const FASTEST_SENSOR_S: f64 = 2.0e-4;
@@ -71,25 +69,32 @@ const LONGEST_GAP_S: f64 = 600.0;
 const MOVING: [Column; 5] = [Column::Depth, Column::Heading, Column::DvlU, Column::SpeedLog, Column::PropRpm];
 
 const fn limit(columns: &'static [Column], low: f64, high: f64, guess: &'static str) -> Limit {
-    Limit { columns, low, high, guess, units: &[], usual: 0.0 }
+    Limit { columns, low, high, guess, usual: 0.0 }
 }
 
 impl Limit {
-    const fn units(mut self, usual: f64, units: &'static [(&'static str, f64)]) -> Self {
-        self.units = units;
-        self.usual = usual;
+    const fn usually(mut self, size: f64) -> Self {
+        self.usual = size;
         self
     }
 
-    /// The unit in which the values are most usual.
-    fn unit(&self, log: &Log, summary: &ColumnSummary) -> Option<Mend> {
-        let size = summary.percentile_1_99[0].abs().max(summary.percentile_1_99[1].abs());
+    /// The units that bring the values within the limits, the one first in which they are most usual.
+    fn units(&self, log: &Log, summary: &ColumnSummary) -> Vec<Mend> {
+        let extremes = summary.percentile_1_99;
+        let size = extremes[0].abs().max(extremes[1].abs());
         let unusual = |scale: f64| (size * scale / self.usual).ln().abs();
-        let (unit, scale) = self.units.iter().copied().min_by(|a, b| unusual(a.1).total_cmp(&unusual(b.1)))?;
+        // gon and mil are of courses alone
+        let is_possible = |(unit, scale): &&Unit| {
+            extremes.iter().all(|value| (self.low..=self.high).contains(&(value * scale)))
+                && unusual(*scale) < UNUSUAL.ln()
+                && !["gon", "mil"].contains(unit)
+        };
+        let mut units: Vec<&Unit> = units::of(summary.column.name()).filter(is_possible).collect();
+        units.sort_by(|a, b| unusual(a.1).total_cmp(&unusual(b.1)));
         // fins are written by one program
         let columns = if FINS.contains(&summary.column) { &FINS[..] } else { std::slice::from_ref(&summary.column) };
         let columns: Vec<Column> = columns.iter().copied().filter(|column| log.has(*column)).collect();
-        Some(Mend::units(&columns, unit, scale))
+        units.iter().map(|(unit, scale)| Mend::units(&columns, unit, *scale)).collect()
     }
 }
 
@@ -106,7 +111,11 @@ pub(super) fn check(log: &Log, columns: &[ColumnSummary]) -> Vec<Finding> {
         let is_of_fins = finding.mend.is_some() && finding.column.is_some_and(|column| FINS.contains(&column));
         !is_of_fins || !std::mem::replace(&mut is_said, true)
     });
-    findings.extend(heading(log));
+    findings.extend(angles::check(log, columns));
+    // what is counted from elsewhere is beyond a limit for that
+    let is_turned = |finding: &Finding| finding.mend.as_ref().is_some_and(|lines| lines.contains("offset"));
+    let turned: Vec<Column> = findings.iter().filter(|f| is_turned(f)).filter_map(|f| f.column).collect();
+    findings.retain(|f| is_turned(f) || f.column.is_none_or(|column| !turned.contains(&column)));
     for column in [Column::Roll, Column::Pitch] {
         let is_told = findings.iter().any(|f: &Finding| f.column == Some(column) && f.severity == Severity::Suspicious);
         findings.extend(jumps(log, column).filter(|_| !is_told));
@@ -141,43 +150,10 @@ fn range(log: &Log, summary: &ColumnSummary) -> Option<Finding> {
     }
     let finding = Finding::suspicious(summary.column, message);
     let is_upside_down = summary.column == Column::Depth && summary.percentile_1_99[1] <= limit.low.abs();
-    let sign = is_upside_down.then(|| Mend::sign(&[Column::Depth]));
-    Some(match sign.or_else(|| limit.unit(log, summary)) {
-        Some(mend) => finding.mended_by(mend.lines()),
-        None => finding,
-    })
-}
-
-/// The unit of a heading that is not in radians. One in radians may be unwound, turn after turn; one in degrees starts
-/// beyond a turn or seems to spin, and by what it wraps is a turn in its unit.
-pub(super) fn heading_unit(log: &Log) -> Option<Unit> {
-    let samples: Vec<(u64, f64)> = log.column(Column::Heading).collect();
-    if samples.iter().all(|(_, value)| value.abs() <= TAU) {
-        return None;
-    }
-    let (mut fast, mut all, mut wraps) = (0_usize, 0_usize, Vec::new());
-    for pair in samples.windows(2).filter(|pair| pair[1].0 > pair[0].0) {
-        let (step, dt_us) = ((pair[1].1 - pair[0].1).abs(), pair[1].0 - pair[0].0);
-        all += 1;
-        fast += usize::from(step > FASTEST_TURN_RADPS * (dt_us as f64 * 1e-6).max(0.5));
-        // from 360 to 0 in one step; an unwound heading has no such step, one in radians none of this size
-        wraps.extend((step > WRAP && dt_us < 2_000_000).then_some(step));
-    }
-    let starts_beyond = samples.first().is_some_and(|(_, first)| first.abs() > TAU);
-    let is_gon = percentile(&wraps, 0.5).is_some_and(|turn| (380.0..=400.0).contains(&turn));
-    let unit = if is_gon { "gon" } else { "deg" };
-    let found = units::of(Column::Heading.name()).find(|(known, _)| *known == unit).copied();
-    found.filter(|_| starts_beyond || !wraps.is_empty() || fast * 1000 > all)
-}
-
-fn heading(log: &Log) -> Option<Finding> {
-    let (unit, rad) = heading_unit(log)?;
-    let largest = log.column(Column::Heading).map(|(_, value)| value.abs()).fold(0.0, f64::max);
-    let message = format!(
-        "heading_rad reaches {largest:.1}: a turn has 6.28 rad; is it in {}?",
-        if unit == "deg" { "degrees" } else { unit }
-    );
-    Some(Finding::suspicious(Column::Heading, message).mended_by(Mend::unit(Column::Heading, unit, rad).lines()))
+    let mends = if is_upside_down { vec![Mend::sign(&[Column::Depth])] } else { limit.units(log, summary) };
+    let Some((first, others)) = mends.split_first() else { return Some(finding) };
+    let alternatives = others.iter().map(Mend::lines).collect();
+    Some(Finding { alternatives, ..finding.mended_by(first.lines()) })
 }
 
 /// A roll or pitch that is small in degrees stays below its limit, and leaps by radians from sample to sample.
@@ -213,7 +189,8 @@ pub(super) fn time(log: &Log, columns: &[ColumnSummary]) -> Vec<Finding> {
             s if s > 2.0e7 => Some(("is the time in nanoseconds?", "ns", 1e-9)),
             s if s > 2.0e4 => Some(("is the time in microseconds?", "us", 1e-6)),
             s if s > SLOWEST_SENSOR_S => Some(("is the time in milliseconds?", "ms", 1e-3)),
-            s if s < FASTEST_SENSOR_S => Some(("is the time in hours, or in minutes?", "h", 3600.0)),
+            s if s < FASTEST_SENSOR_S / 40.0 => Some(("is the time in days, or in hours?", "d", 86_400.0)),
+            s if s < FASTEST_SENSOR_S => Some(("is the time in hours, in minutes or in days?", "h", 3600.0)),
             _ => None,
         };
         if let Some((guess, unit, factor)) = guess {

@@ -1,9 +1,10 @@
 //! Is a log what its column names say? Ranges, rates and gaps of every column, and what contradicts units and signs.
 //!
-//! Evidence of five kinds: names that are almost those of columns (`names`), values that no vehicle has (`limits`), numbers
+//! Evidence of five kinds: names that are almost those of columns (`names`), values that no vehicle has (`limits`, `angles`), numbers
 //! that stand for no reading (`marks`), readings that stand still or in no order (`held`), and columns that contradict each
 //! other by physics that needs no vehicle (`recording`), such as a heading that falls where the yaw rate is positive.
 
+mod angles;
 mod held;
 mod limits;
 mod magnetic;
@@ -89,17 +90,20 @@ impl Examination {
             let columns = if marks.is_empty() { columns.clone() } else { summaries(&log) };
             let log = &*log;
             let odd = held::check(log, &columns);
-            let values = limits::check(log, &columns);
+            let mut values = limits::check(log, &columns);
             findings.extend(marks);
             let is_doubted = |column| {
                 odd.iter().any(|finding| finding.column == Some(column) && finding.severity == Severity::Suspicious)
             };
+            let headings = angles::heading_units(log);
             let beyond: Vec<Column> = values
                 .iter()
                 .filter(|finding| finding.severity == Severity::Suspicious)
                 .filter_map(|finding| finding.column)
+                .chain(headings.first().map(|_| Column::Heading))
                 .collect();
-            let tests = recording::check(log, &beyond, limits::heading_unit(log), is_doubted);
+            let tests = recording::check(log, &beyond, &headings, is_doubted);
+            values.extend(tests.heading.map(|unit| angles::heading(log, &unit)));
             findings.extend(tests.turn.and_then(|turn| magnetic::check(log, turn)));
             let contradictions = tests.findings;
             (untested, holding) = (tests.untested, tests.holding);

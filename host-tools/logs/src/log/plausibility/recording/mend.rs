@@ -2,7 +2,7 @@
 
 use super::grid::Grid;
 use crate::log::Column;
-use crate::log::units;
+use crate::log::units::{self, Unit};
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::fmt::Write as _;
 
@@ -80,7 +80,7 @@ impl Mend {
     }
 
     /// Another factor of several columns.
-    fn scaled(columns: &[Column], what: &str, scale: f64) -> Self {
+    pub fn scaled(columns: &[Column], what: &str, scale: f64) -> Self {
         let names: Vec<&str> = columns.iter().map(|column| column.name()).collect();
         let verb = if names.len() == 1 { "is" } else { "are" };
         Self {
@@ -108,6 +108,22 @@ impl Mend {
             is_exchange: false,
             time: None,
         }
+    }
+
+    /// An angle that is counted from elsewhere.
+    pub fn turned(column: Column, offset: f64) -> Self {
+        Self::one(format!("{} is turned", column.name()), Edit { offset, ..Edit::plain(column) })
+    }
+
+    /// The roll or pitch that is counted from elsewhere.
+    pub fn turns(&self) -> Option<Column> {
+        let is_turn = |edit: &&Edit| edit.target != Column::Heading && edit.offset != 0.0;
+        self.edits.iter().find(is_turn).map(|edit| edit.target)
+    }
+
+    /// Factor of its first column.
+    pub fn scale(&self) -> f64 {
+        self.edits.first().map_or(1.0, |edit| edit.scale)
     }
 
     /// Columns that stand in each other's place, some with the other sign.
@@ -226,6 +242,9 @@ pub fn all() -> Vec<Mend> {
     mends.push(Mend::sign(&[Column::Q, Column::R]));
     mends.push(Mend::sign(&[Column::Roll, Column::P]));
     mends.push(Mend::sign(&[Column::Pitch, Column::Q]));
+    // an AHRS that looks astern, and a heading that was turned
+    mends.push(Mend::sign(&[Column::Roll, Column::Pitch]));
+    mends.push(Mend::sign(&[Column::Roll, Column::Pitch, Column::P, Column::Q]));
     mends.push(Mend::sign(&[Column::Pitch, Column::Q, Column::R]));
     mends.push(Mend::sign(&[Column::Pitch, Column::Q, Column::R, Column::DvlV, Column::DvlW]));
     mends.push(Mend::sign(&[Column::DvlV, Column::DvlW]));
@@ -238,6 +257,9 @@ pub fn all() -> Vec<Mend> {
     mends.push(Mend::sign(&SHIP));
     // mirrored: what turns left is said to turn right
     mends.push(Mend::sign(&[Column::Heading, Column::R]));
+    // an inverted sensor, and a pitch from the vertical
+    mends.push(Mend::turned(Column::Roll, PI));
+    mends.push(Mend::turned(Column::Pitch, -FRAC_PI_2));
     mends.extend(exchanges());
     mends.extend(units());
     mends.extend(
@@ -295,6 +317,13 @@ fn exchanges() -> Vec<Mend> {
         pair(Column::FinTop, Column::FinBottom),
         pair(Column::FinPort, Column::FinStarboard),
     ];
+    mends.push(Mend::exchange(&[
+        (Column::GpsX, Column::ShipGpsX, 1.0),
+        (Column::GpsY, Column::ShipGpsY, 1.0),
+        (Column::ShipGpsX, Column::GpsX, 1.0),
+        (Column::ShipGpsY, Column::GpsY, 1.0),
+    ]));
+    mends.extend(OF_TWO_SENSORS.iter().flat_map(|(a, others)| others.iter().map(|b| pair(*a, *b))));
     for [a, b, c] in [DVL, RATES] {
         mends.push(Mend::exchange(&[(a, b, 1.0), (b, c, 1.0), (c, a, 1.0)]));
         mends.push(Mend::exchange(&[(a, c, 1.0), (b, a, 1.0), (c, b, 1.0)]));
@@ -306,6 +335,15 @@ fn exchanges() -> Vec<Mend> {
     mends.extend(quarter(Column::P, Column::Q));
     mends
 }
+
+/// Columns of two sensors, or of an angle and its rate, that stand beside each other in tables.
+const OF_TWO_SENSORS: [(Column, &[Column]); 5] = [
+    (Column::Heading, &[Column::R, Column::Pitch, Column::Roll]),
+    (Column::Pitch, &[Column::Q]),
+    (Column::Roll, &[Column::P]),
+    (Column::Depth, &[Column::Pitch, Column::DvlU, Column::SpeedLog]),
+    (Column::PropRpm, &FINS),
+];
 
 /// Columns that one program writes in one unit, and each that it may write alone.
 const WRITTEN: [&[Column]; 23] = [
@@ -344,8 +382,9 @@ const TWICE: [&str; 4] = ["deg", "deg/s", "kn", "ft"];
 fn units() -> Vec<Mend> {
     let mut mends = Vec::new();
     for columns in WRITTEN {
-        // what is nearly the column's own no relation tells; gon are of courses, which are told by what they wrap at
-        let known = units::of(columns[0].name()).filter(|(unit, scale)| !ALIKE.contains(scale) && *unit != "gon");
+        // what is nearly the column's own no relation tells; gon and mil are of courses, told by what they wrap at
+        let is_told = |(unit, scale): &&Unit| !ALIKE.contains(scale) && !["gon", "mil"].contains(unit);
+        let known = units::of(columns[0].name()).filter(is_told);
         let mut last = 1.0;
         for &(unit, scale) in known {
             if scale == last {

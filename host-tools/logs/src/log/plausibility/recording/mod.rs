@@ -20,7 +20,6 @@ mod slope;
 mod usbl;
 
 use super::{Finding, Severity, Untested};
-use crate::log::units::Unit;
 use crate::log::{Column, Log};
 use grid::Grid;
 pub(super) use mend::Mend;
@@ -92,6 +91,12 @@ const fn value(before: State, after: State) -> i32 {
     }
 }
 
+/// Sizes that a relation leaves open where it holds, by its name.
+const LEFT_OPEN: [(&str, &str); 2] = [
+    ("propeller against speed, size", "size of prop_rpm, but for a factor of four or more"),
+    ("depth against pitch", "size of depth_m, but for a factor of 1.6 or more"),
+];
+
 /// What a log says of how its columns were recorded.
 #[derive(Default)]
 pub(super) struct Tests {
@@ -101,16 +106,15 @@ pub(super) struct Tests {
     pub holding: Vec<(&'static str, Vec<Column>)>,
     /// Angle from heading to course, rad, and one sigma of it.
     pub turn: Option<[f64; 2]>,
+    /// The unit of the heading, where it is not in radians.
+    pub heading: Option<Mend>,
 }
 
 /// What contradicts signs, axes and units, and what this log cannot show. Columns whose values are `odd` are the first to
-/// be blamed; a `heading` in another unit is read in it; columns that are doubted are left out.
-pub(super) fn check(log: &Log, odd: &[Column], heading: Option<Unit>, is_doubted: impl Fn(Column) -> bool) -> Tests {
+/// be blamed; a heading in another unit is read in that of
+/// `headings` that fits best; columns that are doubted are left out.
+pub(super) fn check(log: &Log, odd: &[Column], headings: &[Mend], is_doubted: impl Fn(Column) -> bool) -> Tests {
     let mut tests = Tests::default();
-    let Some(mut grid) = Grid::of(log, heading.map_or(1.0, |(_, rad)| rad), is_doubted) else { return tests };
-    tests.turn = course::turn(&grid);
-    let mut done: Vec<Mend> = Vec::new();
-    done.extend(heading.map(|(unit, rad)| Mend::unit(Column::Heading, unit, rad)));
     let test = |relation: &'static Relation, grid: &Grid| {
         let missing: Vec<&str> =
             relation.needs.iter().filter(|column| !grid.has(**column)).map(|column| column.name()).collect();
@@ -119,6 +123,31 @@ pub(super) fn check(log: &Log, odd: &[Column], heading: Option<Unit>, is_doubted
         }
         (relation.test)(grid)
     };
+    tests.heading = headings.first().cloned();
+    let scale = headings.first().map_or(1.0, Mend::scale);
+    let Some(mut grid) = Grid::of(log, scale, &is_doubted) else { return tests };
+    if headings.len() > 1 {
+        // by what the course and the yaw rate say of each, with either sign
+        let of_heading = || relations().filter(|relation| relation.needs.contains(&Column::Heading));
+        let holding = |grid: &Grid| of_heading().filter(|relation| test(relation, grid).state == State::Holds).count();
+        let fits = |grid: &Grid| {
+            let negated = Mend::sign(&[Column::Heading]).apply(grid);
+            [grid, &negated].map(|grid| (holding(grid), course::turn(grid).map_or(f64::MAX, |[_, sigma]| sigma)))
+        };
+        let is_better = |a: &(usize, f64), b: &(usize, f64)| a.0 > b.0 || (a.0 == b.0 && a.1 < b.1);
+        let best_of = |[a, b]: [(usize, f64); 2]| if is_better(&b, &a) { b } else { a };
+        let mut best = best_of(fits(&grid));
+        for heading in &headings[1..] {
+            let Some(other) = Grid::of(log, heading.scale(), &is_doubted) else { continue };
+            let fit = best_of(fits(&other));
+            if is_better(&fit, &best) {
+                (best, grid) = (fit, other);
+                tests.heading = Some(heading.clone());
+            }
+        }
+    }
+    let mut done: Vec<Mend> = tests.heading.clone().into_iter().collect();
+    tests.turn = course::turn(&grid);
     // few logs have a USBL: of others nothing is said of it
     let is_asked = |of: &&Relation| !of.needs.contains(&Column::UsblRange) || grid.has(Column::UsblRange);
     let mut tested: Vec<Tested> =
@@ -137,8 +166,17 @@ pub(super) fn check(log: &Log, odd: &[Column], heading: Option<Unit>, is_doubted
             why: tested.outcome.evidence.clone(),
         })
         .collect();
+    let left_open = |tested: &Tested| {
+        let (_, test) = LEFT_OPEN.iter().find(|(name, _)| *name == tested.relation.name && tested.is(State::Holds))?;
+        let columns = vec![tested.relation.needs[0]];
+        let why = tested.outcome.evidence.clone();
+        Some(Untested { test, columns, lacks_columns: false, is_inconclusive: false, why })
+    };
+    tests.untested.extend(tested.iter().filter_map(left_open));
     let findings = &mut tests.findings;
-    let mends: Vec<Mend> = mend::all().into_iter().filter(|mend| mend.fits(&grid)).collect();
+    // an angle that is counted from elsewhere rests there
+    let is_likely = |mend: &Mend| mend.fits(&grid) && mend.turns().is_none_or(|column| odd.contains(&column));
+    let mends: Vec<Mend> = mend::all().into_iter().filter(is_likely).collect();
     for _ in 0..MOST_MENDS {
         let mut found: Vec<Candidate<'_>> = Vec::new();
         for mend in &mends {
