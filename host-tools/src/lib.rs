@@ -33,7 +33,7 @@ use anyhow::Context as _;
 use backseat_logs::with_hint;
 use backseat_report::console;
 use clap::error::{ContextKind, ContextValue};
-use clap::{CommandFactory, Parser, Subcommand};
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use outcome::Outcome;
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
@@ -144,13 +144,37 @@ fn with_tip(mut error: clap::Error, given: &[OsString]) -> clap::Error {
     error
 }
 
+/// Paragraphs below the options lose their line breaks, for clap wraps them to the terminal; lists keep theirs.
+fn with_flowing_help(command: clap::Command) -> clap::Command {
+    let flowing = |text: String| {
+        let mut lines: Vec<String> = Vec::new();
+        for line in text.lines() {
+            let is_prose = |line: &str| !line.is_empty() && !line.starts_with(' ') && !line.ends_with(':');
+            match lines.last_mut().filter(|last| is_prose(last) && is_prose(line)) {
+                Some(last) => *last += &format!(" {line}"),
+                None => lines.push(line.to_owned()),
+            }
+        }
+        lines.join("\n")
+    };
+    let help = command.get_after_help().map(|help| flowing(help.to_string()));
+    let command = command.mut_subcommands(with_flowing_help);
+    match help {
+        Some(help) => command.after_help(help),
+        None => command,
+    }
+}
+
 /// Runs the command that these arguments name, the program's name first.
 ///
 /// 0: done; 1: failed, with one line on stderr; 2: bad usage (clap); 3: done, but not to be trusted.
 #[must_use]
 pub fn command_line(given: impl Iterator<Item = OsString>) -> ExitCode {
     let given = arguments(given);
-    let cli = Cli::try_parse_from(&given).unwrap_or_else(|error| with_tip(error, &given).exit());
+    let matches = with_flowing_help(Cli::command()).try_get_matches_from(&given);
+    let cli = matches
+        .and_then(|matches| Cli::from_arg_matches(&matches))
+        .unwrap_or_else(|error| with_tip(error, &given).exit());
     let result = match cli.command {
         Command::Sim(simulation) => simulation.run(),
         Command::Info(args) => info::run(&args),

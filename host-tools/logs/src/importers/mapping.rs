@@ -61,7 +61,7 @@ struct Entry {
 ///
 /// [time]                          # of a table; a ROS 2 bag has its own
 /// column = "Time (ms)"
-/// unit = "ms"                     # s, ms, us, ns, min, h, or hms for HH:MM:SS
+/// unit = "ms"                     # s, ms, us, ns, min, h, d, or hms for HH:MM:SS
 /// base = "epoch"                  # the first row is zero; left out: seconds since the start of the log
 ///
 /// [columns.depth_m]               # a column of the vehicle log, or latitude_deg and longitude_deg
