@@ -141,7 +141,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
 
 /// Every mistake made in one log.
 fn wrongly(log: &Log) -> Done {
-    let each = recordings::known();
+    let each = latest::all();
     let judged = each.iter().filter_map(|wrong| Some((wrong.name.clone(), judge(wrong, log)?))).collect();
     Done::Wrong { clean: accusations(log), judged }
 }

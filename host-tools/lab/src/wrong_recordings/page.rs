@@ -87,7 +87,7 @@ impl Page {
             self.first_seed,
             self.clean.len(),
             env!("CARGO_PKG_VERSION"),
-            super::recordings::known().len(),
+            super::latest::all().len(),
             self.seconds / 60.0
         );
         page += "*Named*: refused (exit 3) with the lines of a mapping that undo the mistake, alone; *among others*: they \

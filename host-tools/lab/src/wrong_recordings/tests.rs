@@ -2,7 +2,7 @@
 
 use super::judge::{Judged, Verdict, judge};
 use super::page::Counts;
-use super::{Clean, accusations, logs, recordings};
+use super::{Clean, accusations, latest, logs};
 use backseat_logs::log::plausibility::Examination;
 use backseat_logs::{Column, Log, importers};
 use std::collections::BTreeMap;
@@ -19,7 +19,7 @@ fn no_wrong_recording_that_a_log_shows_passes_in_silence() {
     for (name, least) in [("dive.csv.gz", 80), ("iver_survey.csv.gz", 29)] {
         let log = sample(name);
         let table: BTreeMap<String, Judged> =
-            recordings::known().iter().filter_map(|wrong| Some((wrong.name.clone(), judge(wrong, &log)?))).collect();
+            latest::all().iter().filter_map(|wrong| Some((wrong.name.clone(), judge(wrong, &log)?))).collect();
         let counts = Counts::of(table.values());
         let missed: Vec<(&String, Verdict)> = (table.iter().map(|(name, judged)| (name, judged.verdict)))
             .filter(|(_, verdict)| *verdict >= Verdict::Refused && *verdict != Verdict::Told)
@@ -50,7 +50,7 @@ fn a_mapping_with_the_mend_reads_the_right_log() {
     for name in
         ["heading negated", "heading from east, counter-clockwise", "gps_x_m and gps_y_m exchanged", "depth_m in ft"]
     {
-        let wrong = recordings::known().into_iter().find(|wrong| wrong.name == name).unwrap();
+        let wrong = latest::all().into_iter().find(|wrong| wrong.name == name).unwrap();
         let wrong_log = wrong.apply(&log).unwrap();
         let found = Examination::of(&wrong_log);
         let mend = found.suspicions().next().unwrap().mend.clone().unwrap();
