@@ -51,7 +51,7 @@ pub(super) fn heading_units(log: &Log) -> Vec<Mend> {
     // degrees first
     let known = units::of(Column::Heading.name()).skip(1);
     if let Some(wrap) = percentile(&steps, 0.5) {
-        let turns = known.clone().filter(|(_, rad)| (OF_A_TURN..=1.0).contains(&(wrap * rad / TAU)));
+        let turns = known.clone().filter(|(_, rad)| (OF_A_TURN..1.001).contains(&(wrap * rad / TAU)));
         let counts = f64::exp2(wrap.log2().ceil());
         let found = turns.max_by(|a, b| a.1.total_cmp(&b.1)).map(named);
         if let Some(found) = found.or_else(|| (wrap > OF_COUNTS * counts).then(|| of_counts(counts))) {
