@@ -18,10 +18,12 @@ const WRAP: f64 = 100.0;
 const OF_A_TURN: f64 = 0.8;
 /// Of counts of a compass, 2 to some power in a turn, which any number is not far below.
 const OF_COUNTS: f64 = 0.94;
+/// Of compasses of one byte, of 12 and of 16 bits.
 const COUNTS: [f64; 3] = [256.0, 4096.0, 65_536.0];
-/// Mean cosine of a roll that rests upside down, and lowest pitch of a vehicle that does not stand on its stern, rad.
+/// Mean cosine of a roll that rests upside down: waves of 0.4 rad about it give -0.92.
 const UPSIDE_DOWN: f64 = -0.9;
-const UPRIGHT_RAD: f64 = 0.6;
+/// No torpedo climbs so steeply all the time, rad: 34 degrees.
+const STEEPEST_CLIMB_RAD: f64 = 0.6;
 
 /// What the unit of a heading may be that is not in radians, usual ones first. One in radians may be unwound, turn after
 /// turn; one in degrees starts beyond a turn or seems to spin, and by what it wraps is a turn in its unit.
@@ -74,7 +76,7 @@ pub(super) fn check(log: &Log, columns: &[ColumnSummary]) -> Vec<Finding> {
     }
     if let Some(pitch) = summary(Column::Pitch) {
         let [low, high] = pitch.percentile_1_99;
-        if low > UPRIGHT_RAD && high < PI {
+        if low > STEEPEST_CLIMB_RAD && high < PI {
             findings.push(counted_from(Column::Pitch, "on its stern", -FRAC_PI_2));
         }
     }

@@ -63,6 +63,8 @@ const UNUSUAL: f64 = 15.0;
 /// Median time between samples of a moving sensor from which on the unit of the time is doubted, s.
 const SLOWEST_SENSOR_S: f64 = 30.0;
 const FASTEST_SENSOR_S: f64 = 2.0e-4;
+/// 0.4 s in days, 0.02 s in hours: of shorter intervals days are likelier.
+const FASTEST_IN_DAYS_S: f64 = 5.0e-6;
 /// The filter refuses longer gaps, s.
 const LONGEST_GAP_S: f64 = 600.0;
 /// Columns of sensors that are read all the time.
@@ -189,7 +191,7 @@ pub(super) fn time(log: &Log, columns: &[ColumnSummary]) -> Vec<Finding> {
             s if s > 2.0e7 => Some(("is the time in nanoseconds?", "ns", 1e-9)),
             s if s > 2.0e4 => Some(("is the time in microseconds?", "us", 1e-6)),
             s if s > SLOWEST_SENSOR_S => Some(("is the time in milliseconds?", "ms", 1e-3)),
-            s if s < FASTEST_SENSOR_S / 40.0 => Some(("is the time in days, or in hours?", "d", 86_400.0)),
+            s if s < FASTEST_IN_DAYS_S => Some(("is the time in days, or in hours?", "d", 86_400.0)),
             s if s < FASTEST_SENSOR_S => Some(("is the time in hours, in minutes or in days?", "h", 3600.0)),
             _ => None,
         };

@@ -1,8 +1,9 @@
 //! Is a log what its column names say? Ranges, rates and gaps of every column, and what contradicts units and signs.
 //!
-//! Evidence of five kinds: names that are almost those of columns (`names`), values that no vehicle has (`limits`, `angles`), numbers
-//! that stand for no reading (`marks`), readings that stand still or in no order (`held`), and columns that contradict each
-//! other by physics that needs no vehicle (`recording`), such as a heading that falls where the yaw rate is positive.
+//! Evidence of five kinds: names that are almost those of columns (`names`), values that no vehicle has (`limits`,
+//! `angles`), numbers that stand for no reading (`marks`), readings that stand still or in no order (`held`), and columns
+//! that contradict each other by physics that needs no vehicle (`recording`), such as a heading that falls where the yaw
+//! rate is positive.
 
 mod angles;
 mod held;

@@ -91,10 +91,10 @@ const fn value(before: State, after: State) -> i32 {
     }
 }
 
-/// Sizes that a relation leaves open where it holds, by its name.
+/// Sizes that a relation leaves open where it holds, by its name: any that it expects, which its evidence states.
 const LEFT_OPEN: [(&str, &str); 2] = [
-    ("propeller against speed, size", "size of prop_rpm, but for a factor of four or more"),
-    ("depth against pitch", "size of depth_m, but for a factor of 1.6 or more"),
+    ("propeller against speed, size", "size of prop_rpm within what is expected"),
+    ("depth against pitch", "size of depth_m within what is expected"),
 ];
 
 /// What a log says of how its columns were recorded.
@@ -111,8 +111,8 @@ pub(super) struct Tests {
 }
 
 /// What contradicts signs, axes and units, and what this log cannot show. Columns whose values are `odd` are the first to
-/// be blamed; a heading in another unit is read in that of
-/// `headings` that fits best; columns that are doubted are left out.
+/// be blamed; a heading in another unit is read in that of `headings` that fits best; columns that are doubted are left
+/// out.
 pub(super) fn check(log: &Log, odd: &[Column], headings: &[Mend], is_doubted: impl Fn(Column) -> bool) -> Tests {
     let mut tests = Tests::default();
     let test = |relation: &'static Relation, grid: &Grid| {
