@@ -25,7 +25,7 @@ pub(super) fn is_alog(beginning: &str) -> bool {
 pub(super) fn read(path: &Path, map: Option<&ColumnMap>) -> Result<Imported, DataError> {
     let mut signals = Signals::new(path, map, "moos")?;
     signals.is_one_by_one = true;
-    let mut lines = BufReader::new(table::open(path)?);
+    let mut lines = BufReader::new(table::open_lines(path)?);
     let mut bytes = Vec::new();
     for number in 1.. {
         bytes.clear();
@@ -119,6 +119,14 @@ mod tests {
         assert!((first.propeller_radps - 1000.0 * std::f64::consts::PI / 30.0).abs() < 1e-9, "{first:?}");
         assert_eq!(first.fins_rad.map(|rad| rad.to_degrees().round()), [12.0, -12.0, -10.0, 10.0]);
         assert_eq!(last.fins_rad.map(|rad| rad.to_degrees().round()), [-4.0, 4.0, -10.0, 10.0]);
+    }
+
+    /// More than a record of a CSV may have, behind a quotation mark that nothing closes.
+    #[test]
+    fn quotation_marks_mean_nothing() {
+        let whole = ALOG.rsplit_once('\n').unwrap().0;
+        let long = format!("{whole}\n{}", "2.000 APPCAST pHelmIvP \"\n".repeat(50_000));
+        assert_eq!(import(&long).unwrap().log.rows.len(), 2);
     }
 
     #[test]

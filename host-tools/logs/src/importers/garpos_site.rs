@@ -24,7 +24,7 @@ pub(super) fn is_one(first_line: &str) -> bool {
 /// Reads the places.
 pub(super) fn read(path: &Path) -> Result<Imported, DataError> {
     let mut text = String::new();
-    table::open(path)?.take(MAX_BYTES).read_to_string(&mut text).map_err(|e| DataError::io(path, &e))?;
+    table::open_lines(path)?.take(MAX_BYTES).read_to_string(&mut text).map_err(|e| DataError::io(path, &e))?;
     let entries = || {
         text.lines().enumerate().filter_map(|(index, line)| {
             let (name, values) = line.split_once('=')?;

@@ -22,17 +22,26 @@ pub(crate) struct Table<'a> {
 /// Opens a file, decompressing it if it is gzip (by its first bytes, not its name) and without a
 /// byte-order mark; the arrays of a MAT-file as a table. Lines of comment at a text's beginning are blank, or the header.
 pub(crate) fn open(path: &Path) -> Result<Box<dyn Read>, DataError> {
+    open_with(path, Quote::Begin)
+}
+
+/// The same of a text that is no CSV: quotation marks mean nothing in it, and every line end ends a line.
+pub(crate) fn open_lines(path: &Path) -> Result<Box<dyn Read>, DataError> {
+    open_with(path, Quote::Meaningless)
+}
+
+fn open_with(path: &Path, quote: Quote) -> Result<Box<dyn Read>, DataError> {
     let mut text = open_bytes(path)?;
     let beginning = first(&mut text, 32).map_err(|e| csv_error(path, 1, &e.into()))?;
     if mat::is_mat(&beginning) {
-        return Ok(Box::new(Bounded::new(mat::read(path)?)));
+        return Ok(Box::new(Bounded::new(mat::read(path)?, quote)));
     }
     let mut text = io::Cursor::new(beginning).chain(text);
     let mark = first(&mut text, 3).map_err(|e| csv_error(path, 1, &e.into()))?;
     let start = if mark == [0xef, 0xbb, 0xbf] { Vec::new() } else { mark };
     let whole = BufReader::new(io::Cursor::new(start).chain(text));
     let (beginning, rest) = without_comments(whole).map_err(|e| csv_error(path, 1, &e.into()))?;
-    Ok(Box::new(Bounded::new(io::Cursor::new(beginning).chain(rest))))
+    Ok(Box::new(Bounded::new(io::Cursor::new(beginning).chain(rest), quote)))
 }
 
 /// Longest line of comment, bytes.
@@ -110,11 +119,13 @@ enum Quote {
     Open,
     /// After the closing mark, or after the first of a doubled one.
     Closed,
+    /// In a text that is no CSV.
+    Meaningless,
 }
 
 impl<R> Bounded<R> {
-    fn new(inner: R) -> Self {
-        Self { inner, total: 0, record: 0, quote: Quote::Begin }
+    fn new(inner: R, quote: Quote) -> Self {
+        Self { inner, total: 0, record: 0, quote }
     }
 
     fn check(&mut self, bytes: &[u8]) -> Result<(), String> {
@@ -125,6 +136,10 @@ impl<R> Bounded<R> {
         for byte in bytes {
             self.record += 1;
             self.quote = match (byte, self.quote) {
+                (_, Quote::Meaningless) => {
+                    self.record = if *byte == b'\n' { 0 } else { self.record };
+                    Quote::Meaningless
+                }
                 (b'"', Quote::Begin | Quote::Closed) => Quote::Open,
                 (b'"', Quote::Open) => Quote::Closed,
                 (_, Quote::Open) => Quote::Open,

@@ -58,7 +58,7 @@ struct Item {
 
 /// Whether the first line that is no comment holds a sentence, or one after it a report of an EvoLogics modem.
 pub(super) fn is_sentences(path: &Path) -> Result<bool, DataError> {
-    let mut reader = BufReader::new(table::open(path)?);
+    let mut reader = BufReader::new(table::open_lines(path)?);
     let (mut bytes, mut is_first) = (Vec::new(), true);
     for _ in 0..50 {
         bytes.clear();
@@ -105,7 +105,7 @@ pub(super) fn read(path: &Path) -> Result<Imported, DataError> {
         names: BTreeSet::new(),
         pd6: pd6::Decoder::new(0.0),
     };
-    let mut lines = BufReader::new(table::open(path)?);
+    let mut lines = BufReader::new(table::open_lines(path)?);
     let mut bytes = Vec::new();
     loop {
         bytes.clear();
