@@ -2,7 +2,8 @@
 //!
 //! The variables are those that MOOS-IvP's helms and simulators share: x east and y north in metres, heading in degrees
 //! from true north, speed in m/s, depth in metres; yaw, pitch and roll in radians. A mapping names any other, such as
-//! the helm's commands: `DESIRED_RUDDER` is in degrees or per cent by vehicle.
+//! the helm's commands: `DESIRED_RUDDER` is in degrees or per cent by vehicle. The value of a variable that is a text may
+//! have several lines (`DB_VARSUMMARY`).
 
 use super::Imported;
 use super::mapping::ColumnMap;
@@ -15,10 +16,15 @@ use std::path::Path;
 
 /// Name of the format.
 pub(super) const NAME: &str = "MOOS alog";
+/// Of so many lines one at least has a message: in sound logs lists of all variables are up to five of six lines.
+const LINES_OF_A_MESSAGE: usize = 10;
+/// What `aloggrep` writes above the log that it cut out.
+const CUT_OUT: &str = "Processing on file";
 
-/// Whether the beginning of a file is that of an alog.
+/// Whether the first lines of a file are those of an alog.
 pub(super) fn is_alog(beginning: &str) -> bool {
-    beginning.starts_with("%%")
+    let mut lines = beginning.lines().skip_while(|line| line.trim().is_empty() || line.starts_with(CUT_OUT));
+    lines.next().is_some_and(|line| line.starts_with("%%"))
 }
 
 /// Reads an alog.
@@ -27,6 +33,7 @@ pub(super) fn read(path: &Path, map: Option<&ColumnMap>) -> Result<Imported, Dat
     signals.is_one_by_one = true;
     let mut lines = BufReader::new(table::open_lines(path)?);
     let mut bytes = Vec::new();
+    let (mut messages, mut continued, mut first_continued) = (0_usize, 0_usize, None);
     for number in 1.. {
         bytes.clear();
         let count = lines.read_until(b'\n', &mut bytes).map_err(|e| DataError::io(path, &e))?;
@@ -35,23 +42,30 @@ pub(super) fn read(path: &Path, map: Option<&ColumnMap>) -> Result<Imported, Dat
             break;
         }
         let line = String::from_utf8_lossy(&bytes);
-        let mut cells = line.split_whitespace();
-        let Some(time) = cells.next().filter(|first| !first.starts_with('%')) else {
+        if let Some(comment) = line.strip_prefix("%%") {
+            // the first of the columns that such a log names
+            if messages == 0 && comment.trim_start().starts_with("(1) ") {
+                let message = "a synchronous log of MOOS (.slog), which repeats the last value of each variable: give the \
+                               .alog beside it";
+                return Err(DataError::at(path, number, 0, message));
+            }
             // %% LOGSTART with seconds since 1970
-            let start = line.split_once("LOGSTART").and_then(|(_, start)| start.trim().parse::<f64>().ok());
+            let start = comment.split_once("LOGSTART").and_then(|(_, start)| start.trim().parse::<f64>().ok());
             if let Some(start_s) = start.filter(|start_s| (0.0..1e10).contains(start_s)) {
                 signals.shift_us = (start_s * 1e6).round() as i64;
             }
             continue;
+        }
+        if line.trim().is_empty() || (messages == 0 && line.starts_with(CUT_OUT)) {
+            continue;
+        }
+        let Some(Message { time_s, variable, value }) = Message::of(&line) else {
+            continued += 1;
+            first_continued = first_continued.or(Some(number));
+            continue;
         };
-        let (Some(variable), Some(_source)) = (cells.next(), cells.next()) else {
-            return Err(DataError::at(path, number, 0, "expected time, variable, source and value"));
-        };
-        let Some(time_s) = time.parse::<f64>().ok().filter(|time_s| time_s.is_finite() && time_s.abs() < 1e10) else {
-            return Err(DataError::at(path, number, 1, format!("{time:?} is not a time in seconds")));
-        };
+        messages += 1;
         let time_us = (time_s * 1e6).round() as i64;
-        let value = cells.next().unwrap_or_default();
         match value.parse::<f64>() {
             Ok(value) => signals.message(time_us, variable, "", &[("", value)]),
             Err(_) if TABLES["moos"].messages.iter().any(|row| row.name == variable) => {
@@ -60,9 +74,41 @@ pub(super) fn read(path: &Path, map: Option<&ColumnMap>) -> Result<Imported, Dat
             Err(_) => signals.message(time_us, variable, "", &[]),
         }
     }
-    let is_reckoned = signals.has("NAV_X") && !(signals.has("GPS_X") && signals.has("GPS_Y"));
-    let note = "NAV_X and NAV_Y are taken for fixes: where the vehicle reckons them itself they are none";
-    signals.finish(NAME, if is_reckoned { vec![note.to_owned()] } else { Vec::new() })
+    let mut notes = Vec::new();
+    if let Some(number) = first_continued {
+        if messages * LINES_OF_A_MESSAGE < messages + continued {
+            let message = format!(
+                "expected time, variable, source and value; {continued} of {} lines have none",
+                messages + continued
+            );
+            return Err(DataError::at(path, number, 0, message));
+        }
+        notes.push(format!("{continued} lines go on with the text of the line before them and are left out"));
+    }
+    if signals.has("NAV_X") && !(signals.has("GPS_X") && signals.has("GPS_Y")) {
+        notes.push(
+            "NAV_X and NAV_Y are taken for fixes: where the vehicle reckons them itself they are none".to_owned(),
+        );
+    }
+    signals.finish(NAME, notes)
+}
+
+/// What a line says.
+struct Message<'a> {
+    time_s: f64,
+    variable: &'a str,
+    value: &'a str,
+}
+
+impl<'a> Message<'a> {
+    /// `None` of a line that goes on with the text of the one before it.
+    fn of(line: &'a str) -> Option<Self> {
+        let mut cells = line.split_whitespace();
+        let time_s = cells.next()?.parse::<f64>().ok().filter(|time_s| time_s.is_finite() && time_s.abs() < 1e10)?;
+        let variable = cells.next().filter(|name| name.parse::<f64>().is_err())?;
+        let _source = cells.next()?;
+        Some(Self { time_s, variable, value: cells.next().unwrap_or_default() })
+    }
 }
 
 #[cfg(test)]
@@ -129,10 +175,32 @@ mod tests {
         assert_eq!(import(&long).unwrap().log.rows.len(), 2);
     }
 
+    /// A text of several lines, and what `aloggrep` writes above.
+    #[test]
+    fn a_text_may_have_several_lines() {
+        let summary =
+            "0.650 DB_VARSUMMARY MOOSDB Variable \"time\nNAV_X 18:59:59.000 (write pending) 0.0 Hz ~\n\n  \"etc\n";
+        let alog = format!("Processing on file : x.alog\n{}", ALOG.replacen("0.700 ", &format!("{summary}0.700 "), 1));
+        let log = import(&alog).unwrap().log;
+        assert_eq!(log.rows.len(), 2);
+        let notes = log.notes.join("\n");
+        assert!(notes.contains("2 lines go on with the text of the line before them"), "{notes}");
+    }
+
+    #[test]
+    fn a_synchronous_log_is_told() {
+        let slog =
+            "%%%%\n%% LOG FILE: x.slog\n%%%%\n%%   (1) TIME\n%%   (2) NAV_YAW\n%%%%\n%% TIME  NAV_YAW\n0.9  NaN\n";
+        let complaint = import(slog).unwrap_err().to_string();
+        assert!(complaint.contains(":4: a synchronous log of MOOS (.slog)"), "{complaint}");
+    }
+
     #[test]
     fn broken_lines_are_named() {
         let complaint = |from: &str, to: &str| import(&ALOG.replacen(from, to, 1)).unwrap_err().to_string();
         assert!(complaint("270", "west").contains(":7:4: NAV_HEADING: \"west\" is not a number"));
-        assert!(complaint("0.500 ", "soon ").contains(":5:1: \"soon\" is not a time"));
+        let damaged = "soon NAV_X uSimMarine 3.0\n".repeat(99);
+        let complaint = complaint("0.500 ", &damaged);
+        assert!(complaint.contains(":5: expected time, variable, source and value; 100 of 107 lines"), "{complaint}");
     }
 }

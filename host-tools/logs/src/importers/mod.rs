@@ -136,11 +136,10 @@ fn other_than_table(path: &Path) -> Result<Option<(&'static str, Reader)>, DataE
     if let Some((_, name, reader)) = binary.into_iter().find(|(is_this, ..)| *is_this) {
         return Ok(Some((name, reader)));
     }
-    let first_line = header(path)?;
-    if alog::is_alog(&first_line) {
+    if alog::is_alog(&first_lines(path)?) {
         return Ok(Some((alog::NAME, alog::read)));
     }
-    if garpos_site::is_one(&first_line) {
+    if garpos_site::is_one(&header(path)?) {
         return Ok(Some((garpos_site::NAME, |path, map| unmapped(path, map, garpos_site::read))));
     }
     let sentences: Reader = |path, map| unmapped(path, map, sentences::read);
@@ -182,10 +181,19 @@ fn beginning(path: &Path) -> Result<Vec<u8>, DataError> {
     Ok(first_bytes(File::open(path).map_err(|e| DataError::io(path, &e))?))
 }
 
+/// Far longer than any header.
+const LONGEST_HEADER: u64 = 1 << 16;
+
+/// What a text begins with.
+fn first_lines(path: &Path) -> Result<String, DataError> {
+    let mut bytes = Vec::new();
+    // what cannot be read leads to the complaint of a reader
+    let _ = table::open_lines(path)?.take(LONGEST_HEADER).read_to_end(&mut bytes);
+    Ok(String::from_utf8_lossy(&bytes).into_owned())
+}
+
 /// The first line with anything in it; empty if it cannot be read, which leads to the vehicle log's own complaint.
 fn header(path: &Path) -> Result<String, DataError> {
-    /// Far longer than any header.
-    const LONGEST_HEADER: u64 = 1 << 16;
     let mut lines = BufReader::new(table::open(path)?.take(LONGEST_HEADER));
     let mut header = Vec::new();
     while header.trim_ascii().is_empty() {
