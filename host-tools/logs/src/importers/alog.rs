@@ -3,7 +3,7 @@
 //! The variables are those that MOOS-IvP's helms and simulators share: x east and y north in metres, heading in degrees
 //! from true north, speed in m/s, depth in metres; yaw, pitch and roll in radians. A mapping names any other, such as
 //! the helm's commands: `DESIRED_RUDDER` is in degrees or per cent by vehicle. The value of a variable that is a text may
-//! have several lines (`DB_VARSUMMARY`).
+//! have several lines (`DB_VARSUMMARY`). Of several sources of one variable the one that sends most is used.
 
 use super::Imported;
 use super::mapping::ColumnMap;
@@ -59,19 +59,20 @@ pub(super) fn read(path: &Path, map: Option<&ColumnMap>) -> Result<Imported, Dat
         if line.trim().is_empty() || (messages == 0 && line.starts_with(CUT_OUT)) {
             continue;
         }
-        let Some(Message { time_s, variable, value }) = Message::of(&line) else {
+        let Some(Message { time_s, variable, source, value }) = Message::of(&line) else {
             continued += 1;
             first_continued = first_continued.or(Some(number));
             continue;
         };
         messages += 1;
         let time_us = (time_s * 1e6).round() as i64;
+        let which = if signals.takes(variable) { format!("[{source}]") } else { String::new() };
         match value.parse::<f64>() {
-            Ok(value) => signals.message(time_us, variable, "", &[("", value)]),
+            Ok(value) => signals.message(time_us, variable, &which, &[("", value)]),
             Err(_) if TABLES["moos"].messages.iter().any(|row| row.name == variable) => {
                 return Err(DataError::at(path, number, 4, format!("{variable}: {value:?} is not a number")));
             }
-            Err(_) => signals.message(time_us, variable, "", &[]),
+            Err(_) => signals.message(time_us, variable, &which, &[]),
         }
     }
     let mut notes = Vec::new();
@@ -97,6 +98,7 @@ pub(super) fn read(path: &Path, map: Option<&ColumnMap>) -> Result<Imported, Dat
 struct Message<'a> {
     time_s: f64,
     variable: &'a str,
+    source: &'a str,
     value: &'a str,
 }
 
@@ -106,8 +108,7 @@ impl<'a> Message<'a> {
         let mut cells = line.split_whitespace();
         let time_s = cells.next()?.parse::<f64>().ok().filter(|time_s| time_s.is_finite() && time_s.abs() < 1e10)?;
         let variable = cells.next().filter(|name| name.parse::<f64>().is_err())?;
-        let _source = cells.next()?;
-        Some(Self { time_s, variable, value: cells.next().unwrap_or_default() })
+        Some(Self { time_s, variable, source: cells.next()?, value: cells.next().unwrap_or_default() })
     }
 }
 
@@ -145,7 +146,7 @@ mod tests {
     #[test]
     fn commands_are_those_that_the_mapping_names() {
         let alog = format!(
-            "{}0.70 DESIRED_THRUST pHelm 50\n0.90 DESIRED_ELEVATOR pHelm -10\n1.20 DESIRED_RUDDER pHelm -4\n",
+            "{}0.70 DESIRED_THRUST pHelm 50\n0.90 DESIRED_ELEVATOR pHelm -10\n1.20 DESIRED_RUDDER pHelmIvP -4\n",
             ALOG.rsplit_once('\n').unwrap().0.to_owned() + "\n"
         );
         let entry =
@@ -185,6 +186,30 @@ mod tests {
         assert_eq!(log.rows.len(), 2);
         let notes = log.notes.join("\n");
         assert!(notes.contains("2 lines go on with the text of the line before them"), "{notes}");
+    }
+
+    /// The vehicle's own position every second and another process's, less often.
+    #[test]
+    fn of_several_sources_the_one_that_sends_most_is_used() {
+        let other = "0.600 NAV_SPEED pOther 9.0\n0.700 NAV_HEADING pOther 10\n0.800 NAV_HEADING pOther 11\n";
+        let alog = ALOG.replacen("1.500 ", &format!("{other}1.200 NAV_SPEED uSimMarine 1.4\n1.500 "), 1);
+        let log = import(&alog).unwrap().log;
+        let speeds: Vec<f64> = log.column(Column::SpeedLog).map(|(_, speed)| speed).collect();
+        let headings: Vec<f64> = log.column(Column::Heading).map(|(_, rad)| rad.to_degrees().round()).collect();
+        assert_eq!((speeds, headings), (vec![1.5, 1.4], vec![10.0, 11.0]));
+        let notes = log.notes.join("\n");
+        let said = "left out NAV_HEADING[uSimMarine] (1), NAV_SPEED[pOther] (1): another sensor with the same message";
+        assert!(notes.contains("NAV_HEADING[pOther] (heading_rad)") && notes.contains(said), "{notes}");
+        // by a mapping as well, unless it names the source
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("x.alog");
+        std::fs::write(&path, alog).unwrap();
+        for (name, expected) in [("NAV_SPEED", vec![1.5, 1.4]), ("NAV_SPEED[pOther]", vec![9.0])] {
+            let map = format!("[columns.speed_log_mps]\ncolumn = \"{name}\"\n");
+            let map = ColumnMap::parse(&map, Path::new("m.toml")).unwrap();
+            let log = super::super::read_mapped(&path, &map).unwrap().log;
+            assert_eq!(log.column(Column::SpeedLog).map(|(_, speed)| speed).collect::<Vec<_>>(), expected, "{name}");
+        }
     }
 
     #[test]

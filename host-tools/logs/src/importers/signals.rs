@@ -3,8 +3,8 @@
 //! A format is a table of its messages and of what their numbers become (`messages.toml`); its reader takes only the
 //! bytes apart. Where several messages of the table fill one column, the first that the log has is used; of several
 //! sensors that send one message, the one that sends most. An entry of a mapping takes the place of both. Its
-//! `column` is a message with its number, `RCOU.C1`, `vehicle_local_position.z`, `SetServoPosition[2].value`, or the
-//! name alone where a message has one number.
+//! `column` is a message with its number, `RCOU.C1`, `vehicle_local_position.z`, or the name alone where a message has
+//! one number; `SetServoPosition[2].value` is one of several, and without the brackets the one that sends most.
 
 use super::Imported;
 use super::engine::euler_rad;
@@ -44,8 +44,8 @@ enum Taken {
     FixDeg([f64; 2]),
 }
 
-/// Row of the table and number of the message; `None`: the mapping.
-type Origin = Option<(usize, usize)>;
+/// Row of the table (`None`: the mapping), and number of the message.
+type Origin = (Option<usize>, usize);
 
 /// Time in µs, and what was taken from where.
 type Kept = (i64, Origin, Taken);
@@ -90,10 +90,15 @@ impl<'a> Signals<'a> {
         })
     }
 
-    /// Whether the mapping or the table takes anything from a message; counts it if not.
-    pub(super) fn wants(&mut self, base: &str) -> bool {
+    /// Whether the mapping or the table takes anything from a message.
+    pub(super) fn takes(&self, base: &str) -> bool {
         let is_named = |source: &Mapped| source.name.strip_prefix(base).is_some_and(|rest| !is_word(rest));
-        if self.table.messages.iter().any(|row| row.name == base) || self.sources.iter().any(is_named) {
+        self.table.messages.iter().any(|row| row.name == base) || self.sources.iter().any(is_named)
+    }
+
+    /// The same; counts it if not.
+    pub(super) fn wants(&mut self, base: &str) -> bool {
+        if self.takes(base) {
             return true;
         }
         match self.seen.get_mut(base) {
@@ -129,12 +134,12 @@ impl<'a> Signals<'a> {
             }
         }
         if !samples.is_empty() {
-            self.kept.push((time_us, None, Taken::Numbers(samples)));
+            self.kept.push((time_us, (None, seen.number), Taken::Numbers(samples)));
         }
         let Some((place, row)) = seen.row.and_then(|place| Some((place, self.table.messages.get(place)?))) else {
             return;
         };
-        let from = Some((place, seen.number));
+        let from = (Some(place), seen.number);
         if !row.is_of_use(get) {
             return;
         }
@@ -167,7 +172,8 @@ impl<'a> Signals<'a> {
     /// Binds a message that comes for the first time.
     fn first_sight(&self, base: &str, name: &str, fields: &[(&str, f64)]) -> Seen {
         let wanted = |(place, source): (usize, &Mapped)| {
-            let rest = source.name.strip_prefix(name)?;
+            // of one sensor, or of whichever sends most
+            let rest = source.name.strip_prefix(name).or_else(|| source.name.strip_prefix(base))?;
             let field = if rest.is_empty() && fields.len() == 1 { fields[0].0 } else { rest.strip_prefix('.')? };
             Some((place, field.to_owned()))
         };
@@ -195,7 +201,7 @@ impl<'a> Signals<'a> {
     }
 
     /// The log.
-    pub(super) fn finish(self, format: &'static str, more: Vec<String>) -> Result<Imported, DataError> {
+    pub(super) fn finish(mut self, format: &'static str, more: Vec<String>) -> Result<Imported, DataError> {
         if let Some(source) = self.sources.iter().find(|source| !source.is_found) {
             return Err(DataError::file(self.path, self.not_found(source.name)));
         }
@@ -209,14 +215,24 @@ impl<'a> Signals<'a> {
                 }
             }
         }
-        let is_used = |from: (usize, usize)| used.get(&from.0).is_some_and(|(seen, _)| seen.number == from.1);
-        let owners = owners(&self.kept, is_used);
-        let is_owned = |from: Origin, column: Column| {
-            from.is_none_or(is_used) && owners.get(&column) == Some(&from.map(|from| from.0))
+        let mut named: BTreeMap<Column, &Seen> = BTreeMap::new();
+        for seen in self.seen.values() {
+            for source in seen.wanted.iter().filter_map(|(place, _)| self.sources.get(*place)) {
+                let most = named.entry(source.column).or_insert(seen);
+                if seen.count > most.count {
+                    *most = seen;
+                }
+            }
+        }
+        let is_used = |(row, number): Origin, column: Column| match row {
+            Some(row) => used.get(&row).is_some_and(|(seen, _)| seen.number == number),
+            None => named.get(&column).is_some_and(|seen| seen.number == number),
         };
+        let owners = owners(&self.kept, is_used);
+        let is_owned = |from: Origin, column: Column| is_used(from, column) && owners.get(&column) == Some(&from.0);
         let mut gathering = Gathering::default();
         gathering.is_exact = !self.is_one_by_one;
-        for (time_us, from, taken) in self.kept {
+        for (time_us, from, taken) in std::mem::take(&mut self.kept) {
             let time_us = time_us + self.shift_us;
             match taken {
                 Taken::Numbers(mut samples) => {
@@ -237,7 +253,7 @@ impl<'a> Signals<'a> {
         }
         let read: Vec<String> = read
             .into_iter()
-            .filter_map(|(row, columns)| Some(format!("{} ({})", used.get(&row)?.1, columns.join(", "))))
+            .filter_map(|(row, columns)| Some(format!("{} ({})", self.shown(used.get(&row)?.1), columns.join(", "))))
             .collect();
         let recognised = if read.is_empty() { "nothing by itself".to_owned() } else { read.join(", ") };
         let mut notes = vec![format!("{format}; recognised: {recognised}")];
@@ -247,9 +263,10 @@ impl<'a> Signals<'a> {
         }
         notes.extend(more);
         for (name, seen) in &self.seen {
-            let is_this = seen.row.is_some_and(|row| is_used((row, seen.number)));
+            let is_this =
+                seen.row.is_some_and(|row| used.get(&row).is_some_and(|(used, _)| used.number == seen.number));
             let is_read = is_this && owners.values().any(|owner| *owner == seen.row && owner.is_some());
-            if is_read || !seen.wanted.is_empty() {
+            if is_read || named.values().any(|named| named.number == seen.number) {
                 continue;
             }
             let base = name.split('[').next().unwrap_or(name);
@@ -258,9 +275,10 @@ impl<'a> Signals<'a> {
             let reason = refused.or(hint).unwrap_or(match (seen.row, is_this) {
                 (Some(_), true) => "other messages have the same, or none of it is valid",
                 (Some(_), false) => "another sensor with the same message is used",
+                (None, _) if !seen.wanted.is_empty() => "another sensor with the same message is used",
                 (None, _) => "not part of a vehicle log",
             });
-            gathering.leave_out_so_many(name, seen.count, reason);
+            gathering.leave_out_so_many(self.shown(name), seen.count, reason);
         }
         let mut log = gathering.finish(self.path, notes)?;
         for row in &mut log.rows {
@@ -271,6 +289,13 @@ impl<'a> Signals<'a> {
             }
         }
         Ok(Imported { format, log })
+    }
+
+    /// The name of a message; of one whose lines name its source, without that where there is no other.
+    fn shown<'b>(&self, name: &'b str) -> &'b str {
+        let base = name.split('[').next().unwrap_or(name);
+        let of_base = |other: &&String| other.split('[').next() == Some(base);
+        if self.is_one_by_one && self.seen.keys().filter(of_base).count() == 1 { base } else { name }
     }
 
     /// What the log has instead of a number that the mapping names.
@@ -295,14 +320,15 @@ impl<'a> Signals<'a> {
 }
 
 /// The row of the table, or the mapping, that each column is filled from.
-fn owners(kept: &[Kept], is_used: impl Fn((usize, usize)) -> bool) -> BTreeMap<Column, Option<usize>> {
+fn owners(kept: &[Kept], is_used: impl Fn(Origin, Column) -> bool) -> BTreeMap<Column, Option<usize>> {
     let mut present: BTreeSet<(Column, Option<usize>)> = BTreeSet::new();
-    for (_, from, taken) in kept.iter().filter(|(_, from, _)| from.is_none_or(&is_used)) {
-        let row = from.map(|from| from.0);
-        match taken {
-            Taken::Numbers(samples) => present.extend(samples.iter().map(|(column, _)| (*column, row))),
-            Taken::FixDeg(_) => present.extend([(Column::GpsX, row), (Column::GpsY, row)]),
-        }
+    for (_, from, taken) in kept {
+        let columns: Vec<Column> = match taken {
+            Taken::Numbers(samples) => samples.iter().map(|(column, _)| *column).collect(),
+            Taken::FixDeg(_) => vec![Column::GpsX, Column::GpsY],
+        };
+        let of_use = columns.into_iter().filter(|column| is_used(*from, *column));
+        present.extend(of_use.map(|column| (column, from.0)));
     }
     let mut owners = BTreeMap::new();
     // the mapping is first, then the rows in their order
