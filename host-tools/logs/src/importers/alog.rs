@@ -212,6 +212,21 @@ mod tests {
         }
     }
 
+    /// As the guide says of a vehicle that logs no roll and pitch; a table needs its columns.
+    #[test]
+    fn constants_stand_beside_what_a_log_has() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("x.alog");
+        let map = ColumnMap::parse("[constants]\nroll_rad = 0\npitch_rad = 0\n", Path::new("m.toml")).unwrap();
+        std::fs::write(&path, ALOG).unwrap();
+        let log = super::super::read_mapped(&path, &map).unwrap().log;
+        let attitude_rad = log.rows[0].attitude_rad().unwrap();
+        assert_eq!(attitude_rad.map(|rad| rad.to_degrees().round()), [0.0, 0.0, -90.0]);
+        std::fs::write(&path, "t_s,depth_m\n0,1\n").unwrap();
+        let complaint = super::super::read_mapped(&path, &map).unwrap_err().to_string();
+        assert!(complaint.contains("[columns] is empty"), "{complaint}");
+    }
+
     #[test]
     fn a_synchronous_log_is_told() {
         let slog =

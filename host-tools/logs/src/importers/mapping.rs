@@ -14,6 +14,9 @@ use toml::Spanned;
 /// Name of what such a table is.
 pub(super) const NAME: &str = "table by a column mapping";
 
+/// Of constants alone nothing comes in a table; in a log of messages they stand beside what it has by itself.
+const EMPTY: &str = "[columns] is empty: map at least one column of the vehicle log";
+
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct File {
@@ -152,8 +155,8 @@ impl ColumnMap {
                 }
             }
         }
-        if file.columns.is_empty() && file.quaternion.is_none() {
-            return Err(DataError::file(path, "[columns] is empty: map at least one column of the vehicle log"));
+        if file.columns.is_empty() && file.quaternion.is_none() && constants.is_empty() {
+            return Err(DataError::file(path, EMPTY));
         }
         Ok(Self {
             format: Format {
@@ -173,8 +176,11 @@ impl ColumnMap {
         })
     }
 
-    /// Fails if it does not say which column of a table has the time.
-    pub(super) fn check_time(&self) -> Result<(), DataError> {
+    /// Fails if it does not say what a table's columns are, and which has the time.
+    pub(super) fn check_table(&self) -> Result<(), DataError> {
+        if self.format.columns.iter().all(|known| known.role.is_time()) {
+            return Err(DataError::file(&self.path, EMPTY));
+        }
         match self.format.columns.iter().any(|known| known.role.is_time()) {
             true => Ok(()),
             false => Err(DataError::file(&self.path, "missing [time]: the column of a table that has the time")),

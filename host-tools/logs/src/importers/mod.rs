@@ -230,7 +230,7 @@ pub fn read_mapped(path: &Path, map: &ColumnMap) -> Result<Imported, DataError> 
     if let Some((_, read)) = other_than_table(path).map_err(instead)? {
         return read(path, Some(map));
     }
-    map.check_time()?;
+    map.check_table()?;
     let log = engine::read(path, map.format(), map.cells()).map_err(instead)?;
     noted(path, Imported { format: mapping::NAME, log })
 }
