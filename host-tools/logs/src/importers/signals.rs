@@ -13,7 +13,7 @@ use super::mapping::ColumnMap;
 use super::message_tables::{MessageTable, Number, TABLES, Take};
 use super::messages::Gathering;
 use crate::DataError;
-use crate::log::{Column, MAX_SECONDS};
+use crate::log::{Column, MAX_SECONDS, Source};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
@@ -281,6 +281,10 @@ impl<'a> Signals<'a> {
             gathering.leave_out_so_many(self.shown(name), seen.count, reason);
         }
         let mut log = gathering.finish(self.path, notes)?;
+        let numbers = |row: &usize| used.get(row).map(|(_, name)| (*row, self.shown(name)));
+        log.sources =
+            Some(owners.iter().filter_map(|(column, row)| self.source(*column, row.as_ref().map(numbers))).collect());
+        log.unread_numbers = self.unread();
         for row in &mut log.rows {
             for &(column, value) in self.map.iter().flat_map(|map| map.format().constants.iter()) {
                 if row.get(column).is_none() {
@@ -289,6 +293,28 @@ impl<'a> Signals<'a> {
             }
         }
         Ok(Imported { format, log })
+    }
+
+    /// The number that a column is of: of the mapping, or of a message with this row of the table and name; `None` of
+    /// what is not one number.
+    fn source(&self, column: Column, of: Option<Option<(usize, &str)>>) -> Option<(Column, Source)> {
+        let Some(of) = of else {
+            let Mapped { name, scale, offset, .. } = self.sources.iter().find(|mapped| mapped.column == column)?;
+            return Some((column, Source { name: (*name).to_owned(), scale: *scale, offset: *offset }));
+        };
+        let (row, name) = of?;
+        let number = self.table.messages.get(row)?.takes.iter().find_map(|take| match take {
+            Take::Number(number) if number.column == column => Some(number),
+            _ => None,
+        })?;
+        Some((column, Source { name: number_of(name, &number.field), scale: number.scale, offset: number.offset }))
+    }
+
+    /// Numbers of messages that neither the table nor the mapping takes.
+    fn unread(&self) -> Vec<String> {
+        let is_free = |(_, seen): &(&String, &Seen)| seen.row.is_none() && seen.wanted.is_empty();
+        let numbers = self.seen.iter().filter(is_free);
+        numbers.flat_map(|(name, seen)| seen.fields.iter().map(|field| number_of(name, field))).collect()
     }
 
     /// The name of a message; of one whose lines name its source, without that where there is no other.
@@ -336,6 +362,11 @@ fn owners(kept: &[Kept], is_used: impl Fn(Origin, Column) -> bool) -> BTreeMap<C
         owners.entry(column).or_insert(row);
     }
     owners
+}
+
+/// A number of a message as a mapping names it.
+fn number_of(message: &str, field: &str) -> String {
+    if field.is_empty() { message.to_owned() } else { format!("{message}.{field}") }
 }
 
 /// Whether a text goes on with a letter, digit or underscore.

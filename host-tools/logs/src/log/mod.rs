@@ -6,6 +6,7 @@ pub(crate) mod mat;
 pub mod plausibility;
 mod read;
 mod sink;
+mod source;
 pub(crate) mod table;
 mod truth;
 pub mod units;
@@ -14,6 +15,7 @@ mod write;
 
 pub use column::Column;
 pub(crate) use decimal::MAX_SECONDS;
+pub use source::Source;
 pub use truth::{STATE_COLUMNS, Truth, TruthRow, TruthWriter};
 pub use units::RADPS_PER_RPM;
 pub use usbl::{USBL_ANGLE_SIGMA_RAD, Usbl};
@@ -208,6 +210,10 @@ pub struct Log {
     pub is_motor_rpm: bool,
     /// Names of columns of its file that nothing was read from.
     pub unused_columns: Vec<String>,
+    /// Of a log of messages, the number that each column was read from; `None` of a table.
+    pub sources: Option<BTreeMap<Column, Source>>,
+    /// Of a log of messages, the numbers that nothing was read from, as a mapping names them.
+    pub unread_numbers: Vec<String>,
 }
 
 /// Time put between two runs, µs: longer than any gap that a model bridges.

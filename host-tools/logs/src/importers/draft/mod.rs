@@ -2,6 +2,7 @@
 //! tests of columns say of them.
 
 mod entry;
+mod messages;
 mod names;
 mod seen;
 mod text;
@@ -38,16 +39,19 @@ pub struct Draft {
     pub doubts: Vec<String>,
 }
 
-/// Drafts a mapping from the header and the rows of a table.
+/// Drafts a mapping from the header and the rows of a table; of a log of messages, one of what mends it.
 ///
 /// # Errors
-/// A file that cannot be read, or is no table.
+/// A file that cannot be read, or that needs none.
 pub fn draft(path: &Path) -> Result<Draft, DataError> {
     draft_of(path).map_err(|error| crate::kinds::instead(path, error))
 }
 
 fn draft_of(path: &Path) -> Result<Draft, DataError> {
-    if let Some((name, _)) = super::other_than_table(path)? {
+    if let Some((name, read)) = super::other_than_table(path)? {
+        if let Some(draft) = messages::draft(path, &read(path, None)?) {
+            return Ok(draft);
+        }
         let message = format!("{name}: needs no mapping of its columns, it is read as it is");
         return Err(DataError::file(path, message));
     }

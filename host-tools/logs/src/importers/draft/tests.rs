@@ -88,9 +88,30 @@ fn a_heading_by_its_symbol_and_in_gon() {
 fn a_log_that_is_no_table_needs_no_draft() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("dive.alog");
-    std::fs::write(&path, "%% LOG FILE: dive.alog\n0.5 NAV_DEPTH iIver 3.0\n").unwrap();
+    let all = [("NAV_DEPTH", 3), ("NAV_ROLL", 0), ("NAV_PITCH", 0), ("NAV_HEADING", 90), ("NAV_X", 1), ("NAV_Y", 2)];
+    let lines: String = all.iter().map(|(name, value)| format!("0.5 {name} iIver {value}\n")).collect();
+    std::fs::write(&path, format!("%% LOG FILE: dive.alog\n{lines}")).unwrap();
     let complaint = draft(&path).unwrap_err().to_string();
     assert!(complaint.contains("MOOS alog: needs no mapping"), "{complaint}");
+}
+
+/// A roll in degrees, no pitch, and a number that nothing was read from.
+#[test]
+fn a_log_of_messages_is_mended_by_its_own_names() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("boat.alog");
+    let mut text = "%% LOG FILE: boat.alog\n".to_owned();
+    for t in 1..300 {
+        let (roll_deg, heading_deg) = (9.0 * (0.9 * f64::from(t)).sin(), 40.0 + 20.0 * (0.02 * f64::from(t)).sin());
+        text += &format!(
+            "{t}.0 NAV_ROLL iBoat {roll_deg:.3}\n{t}.0 NAV_HEADING iBoat {heading_deg:.2}\n{t}.0 VOLTS iBoat 12\n"
+        );
+    }
+    std::fs::write(&path, text).unwrap();
+    let draft = draft(&path).unwrap();
+    let line = "columns.roll_rad = { column = \"NAV_ROLL\", unit = \"deg\" }";
+    assert!(draft.text.contains(line) && draft.text.contains("# pitch_rad = 0"), "{}", draft.text);
+    assert_eq!((draft.unused, draft.doubts), (vec!["VOLTS".to_owned()], Vec::new()), "{}", draft.text);
 }
 
 #[test]

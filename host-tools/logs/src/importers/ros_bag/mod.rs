@@ -66,6 +66,8 @@ pub fn is_bag(beginning: &[u8]) -> Option<bool> {
 pub(super) fn read(path: &Path, map: Option<&ColumnMap>) -> Result<Imported, DataError> {
     let sources = map.map_or_else(|| Ok(Sources::default()), |map| Sources::new(path, map))?;
     let mut imported = read_with(path, sources)?;
+    // its mapping names topics, which no row of a table is
+    imported.log.sources = Some(BTreeMap::new());
     for row in &mut imported.log.rows {
         for &(column, value) in map.iter().flat_map(|map| map.format().constants.iter()) {
             if row.get(column).is_none() {

@@ -12,6 +12,7 @@ mod magnetic;
 mod marks;
 mod names;
 mod recording;
+mod sources;
 mod summary;
 
 pub use summary::ColumnSummary;
@@ -118,6 +119,9 @@ impl Examination {
             findings.extend(values.into_iter().filter(|finding| !is_explained(finding)));
             findings.extend(odd);
             findings.extend(contradictions);
+        }
+        if let Some(sources) = &log.sources {
+            findings.iter_mut().for_each(|finding| sources::name(finding, sources));
         }
         findings.sort_by_key(|finding| std::cmp::Reverse(finding.severity));
         Self { span_s: log.duration_s(), columns, findings, untested, holding }
