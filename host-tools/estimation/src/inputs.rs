@@ -85,6 +85,7 @@ pub fn at_centre<'a>(log: &'a Log, installation: &Installation) -> Cow<'a, Log> 
         run_facts,
         is_motor_rpm: log.is_motor_rpm,
         unused_columns,
+        estimated_fixes: log.estimated_fixes.clone(),
         sources: log.sources.clone(),
         unread_numbers: log.unread_numbers.clone(),
     })

@@ -74,11 +74,11 @@ pub fn errors(outcome: &NavigationResult<'_>) -> Option<(String, String)> {
     let (name, caption, errors) = match (&outcome.errors, &outcome.estimate) {
         (Some((Against::Truth, errors)), _) => ("against the truth", "Error against time.", errors.clone()),
         (Some((Against::Gnss, errors)), _) => {
-            ("against withheld GNSS fixes", "Distance to the GNSS fixes against time.", errors.clone())
+            ("against withheld fixes", "Distance to the fixes against time.", errors.clone())
         }
         (None, Estimate::Filter(run)) => (
-            "to each GNSS fix before its use",
-            "Distance to the GNSS fixes against time; it has their noise in it, the band has not.",
+            "to each fix before its use",
+            "Distance to the fixes against time; it has their noise in it, the band has not.",
             gnss_distances(run),
         ),
         (None, Estimate::DeadReckoning(_)) => return None,

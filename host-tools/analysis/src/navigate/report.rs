@@ -22,7 +22,7 @@ pub fn report(result: &NavigationResult<'_>) -> Report {
     }
     if let Some((against, error)) = result.error_summary() {
         let header = ["estimate", "median [m]", "95 % [m]", "max [m]", "rms [m]", "samples"];
-        let mut table = Table::new(format!("Horizontal error against {}", against.words()), &header);
+        let mut table = Table::new(format!("Horizontal error against {}", result.words(against)), &header);
         for (name, error) in [("filtered", Some(error)), ("smoothed", result.smoothed_summary())] {
             let Some(error) = error else { continue };
             let cells = [error.median_m, error.p95_m, error.max_m, error.rms_m].map(|value| format!("{value:.2}"));
@@ -51,7 +51,7 @@ fn answer(result: &NavigationResult<'_>) -> String {
     let found = match (result.error_summary(), result.estimate.last_m()) {
         (Some((against, ErrorSummary { median_m, p95_m, max_m, .. })), _) => format!(
             "Horizontal error: median {median_m:.2} m, 95 % {p95_m:.2} m, max {max_m:.2} m against {}",
-            against.words()
+            result.words(against)
         ),
         (None, Some(_)) => format!("{}, and ends at {}", against_fixes(result), last(result)),
         (None, None) => "No position".to_owned(),
@@ -67,8 +67,9 @@ fn against_fixes(result: &NavigationResult<'_>) -> String {
     let distances: Vec<f64> = figures::gnss_distances(run).iter().map(|(_, distance)| *distance).collect();
     match median(&distances) {
         Some(median_m) => format!(
-            "The track was {median_m:.2} m (median) from {} GNSS fixes before their use, without a truth to compare with",
-            distances.len()
+            "The track was {median_m:.2} m (median) from {} {} before their use, without a truth to compare with",
+            distances.len(),
+            result.fixes()
         ),
         None => "The track has neither truth nor fixes to compare with".to_owned(),
     }
@@ -116,8 +117,10 @@ fn facts(report: Report, result: &NavigationResult<'_>) -> Report {
         let distances: Vec<f64> = figures::gnss_distances(run).iter().map(|(_, distance)| *distance).collect();
         if let Some(median_m) = median(&distances) {
             let count = distances.len();
-            report = report
-                .fact("GNSS fixes", format!("median {median_m:.2} m from the estimate before their use ({count})"));
+            report = report.fact(
+                if log.estimated_fixes.is_some() { "fixes" } else { "GNSS fixes" },
+                format!("median {median_m:.2} m from the estimate before their use ({count})"),
+            );
         }
         report = report.fact("digest", format!("{:016x}", run.digest));
     }

@@ -38,14 +38,6 @@ impl Against {
             Self::Gnss => "gnss",
         }
     }
-
-    /// What it is, for people.
-    pub const fn words(self) -> &'static str {
-        match self {
-            Self::Truth => "the truth",
-            Self::Gnss => "GNSS fixes, none of which was used after the first",
-        }
-    }
 }
 
 /// Columns of the protection level.
@@ -111,6 +103,22 @@ pub fn positions(track: &[TrackSample]) -> Vec<Position> {
 }
 
 impl NavigationResult<'_> {
+    /// What the fixes are.
+    pub fn fixes(&self) -> String {
+        match &self.log.estimated_fixes {
+            Some(names) => format!("fixes of the log's own {names} (an estimate, not a measurement)"),
+            None => "GNSS fixes".to_owned(),
+        }
+    }
+
+    /// What it is compared with, for people.
+    pub fn words(&self, against: Against) -> String {
+        match against {
+            Against::Truth => "the truth".to_owned(),
+            Against::Gnss => format!("{}, none of which was used after the first", self.fixes()),
+        }
+    }
+
     /// Of the estimate, against the truth or the fixes that were withheld.
     pub fn error_summary(&self) -> Option<(Against, ErrorSummary)> {
         let (against, errors) = self.errors.as_ref()?;

@@ -136,6 +136,9 @@ mod tests {
         let row = &imported.log.rows[0];
         // x is east
         assert_eq!((row.gnss_m(), row.get(Column::SpeedLog)), (Some([4.0, 3.0]), Some(1.5)));
+        assert_eq!(imported.log.estimated_fixes.as_deref(), Some("NAV_X, NAV_Y"));
+        let measured = import(&ALOG.replace("NAV_X", "GPS_X").replace("NAV_Y", "GPS_Y")).unwrap().log;
+        assert_eq!((measured.estimated_fixes, measured.rows[0].gnss_m()), (None, Some([4.0, 3.0])));
         assert!((row.get(Column::Heading).unwrap() + std::f64::consts::FRAC_PI_2).abs() < 1e-12);
         assert_eq!(imported.log.rows[1].time_us, 1_000_000);
         let notes = imported.log.notes.join("\n");

@@ -28,6 +28,9 @@ pub(super) struct Message {
     pub name: String,
     at_least: Option<(String, f64)>,
     bits: Option<(String, u32)>,
+    /// It is what the vehicle reckons, not what a sensor measures.
+    #[serde(default)]
+    pub is_estimate: bool,
     pub takes: Vec<Take>,
 }
 

@@ -285,6 +285,11 @@ impl<'a> Signals<'a> {
         log.sources =
             Some(owners.iter().filter_map(|(column, row)| self.source(*column, row.as_ref().map(numbers))).collect());
         log.unread_numbers = self.unread();
+        let of_fixes: BTreeSet<usize> =
+            [Column::GpsX, Column::GpsY].iter().filter_map(|column| *owners.get(column)?).collect();
+        let estimates = of_fixes.iter().filter(|row| self.table.messages.get(**row).is_some_and(|row| row.is_estimate));
+        let estimates: Vec<&str> = estimates.filter_map(|row| Some(self.shown(used.get(row)?.1))).collect();
+        log.estimated_fixes = (!estimates.is_empty()).then(|| estimates.join(", "));
         for row in &mut log.rows {
             for &(column, value) in self.map.iter().flat_map(|map| map.format().constants.iter()) {
                 if row.get(column).is_none() {

@@ -210,6 +210,8 @@ pub struct Log {
     pub is_motor_rpm: bool,
     /// Names of columns of its file that nothing was read from.
     pub unused_columns: Vec<String>,
+    /// What its fixes are, where they are an estimate and not a measurement: `NAV_X, NAV_Y`.
+    pub estimated_fixes: Option<String>,
     /// Of a log of messages, the number that each column was read from; `None` of a table.
     pub sources: Option<BTreeMap<Column, Source>>,
     /// Of a log of messages, the numbers that nothing was read from, as a mapping names them.
