@@ -60,11 +60,22 @@ pub(super) fn first_fix(log: &Log, vehicle: &VehicleFile, options: &FilterOption
         return Ok(LogStart { time_us: row.time_us, initial, next_row: index + 1 });
     }
     let lacks = match (fix, euler) {
-        (None, _) => "no fix of the vehicle (gps_x_m, gps_y_m, or usbl_range_m … with ship_x_m, ship_y_m)",
-        (_, None) => "no attitude (roll_rad, pitch_rad, heading_rad)",
-        _ => "no depth, DVL or propeller within 10 s of a fix",
+        (None, _) => "no fix of the vehicle (gps_x_m, gps_y_m, or usbl_range_m … with ship_x_m, ship_y_m)".to_owned(),
+        (_, None) => lacking_attitude(log),
+        _ => "no depth, DVL or propeller within 10 s of a fix".to_owned(),
     };
     Err(DataError::file(&log.path, format!("the filter cannot start: {lacks}")))
+}
+
+/// What of the attitude a log does not have.
+fn lacking_attitude(log: &Log) -> String {
+    let attitude = [Column::Roll, Column::Pitch, Column::Heading];
+    let missing: Vec<&str> = attitude.iter().filter(|column| !log.has(**column)).map(|column| column.name()).collect();
+    if missing.is_empty() {
+        return "no attitude: no row has roll_rad, pitch_rad and heading_rad together".to_owned();
+    }
+    let missing = missing.join(", ");
+    format!("no attitude ({missing}); of a vehicle that keeps level a mapping states roll and pitch under [constants]")
 }
 
 /// Where the ship's USBL saw the vehicle, north and east, m, and one sigma.
