@@ -230,6 +230,16 @@ mod tests {
         assert!(complaint.contains("[columns] is empty"), "{complaint}");
     }
 
+    /// Yaw is counted from north as well, counter-clockwise and in radians.
+    #[test]
+    fn a_yaw_is_a_heading_where_there_is_no_other() {
+        let with_yaw = ALOG.replacen("0.600 ", "0.550 NAV_YAW uSimMarine 0.5\n0.600 ", 1);
+        let headings =
+            |text: &str| import(text).unwrap().log.column(Column::Heading).map(|(_, rad)| rad).collect::<Vec<_>>();
+        assert_eq!(headings(&with_yaw.replace("NAV_HEADING", "OTHER")), [-0.5]);
+        assert_eq!(headings(&with_yaw), headings(ALOG));
+    }
+
     #[test]
     fn a_synchronous_log_is_told() {
         let slog =
