@@ -1,7 +1,7 @@
 //! Readings that stand still where the vehicle moves, and readings in no order.
 
 use super::recording::Mend;
-use super::{ColumnSummary, Finding};
+use super::{ColumnSummary, Finding, Severity};
 use crate::log::{Column, Log, units};
 use crate::stats::percentile;
 use std::f64::consts::TAU;
@@ -25,6 +25,10 @@ const SUBMERGED_M: f64 = 3.0;
 /// So many fixes within so little depth, m, are all at the surface, or of an acoustic positioning system.
 const FEW_FIXES: usize = 5;
 const ONE_DEPTH_M: f64 = 1.5;
+/// A vehicle that is slower than this, m/s, within so many metres for so long, s, lies still: its fixes scatter by less.
+const AT_REST_MPS: f64 = 0.1;
+const AT_REST_M: f64 = 5.0;
+const AT_REST_S: f64 = 10.0;
 /// Samples further apart need not be alike, s.
 const NEAR_S: f64 = 5.0;
 /// Mean square of steps over variance: 2 in random order (von Neumann 1941), far below 1 of anything that moves.
@@ -35,6 +39,7 @@ pub(super) fn check(log: &Log, columns: &[ColumnSummary]) -> Vec<Finding> {
     findings.extend(frozen_depth(columns));
     findings.extend(RESTLESS.into_iter().filter_map(|column| frozen(log, columns, column)));
     findings.extend(fixes(log));
+    findings.extend(at_rest(log, columns));
     findings.extend(order(log, columns));
     findings
 }
@@ -161,6 +166,21 @@ fn fixes(log: &Log) -> Option<Finding> {
         return Some(Finding::remark(Column::GpsX, message)); // of an acoustic positioning system, maybe
     }
     None
+}
+
+/// A vehicle that lies still: nothing can be told of how it moves.
+fn at_rest(log: &Log, columns: &[ColumnSummary]) -> Option<Finding> {
+    let of = |column: &Column| columns.iter().find(|summary| summary.column == *column);
+    let speeds: Vec<_> =
+        [Column::DvlU, Column::DvlV, Column::SpeedLog, Column::WaterSpeed].iter().filter_map(of).collect();
+    let places: Vec<_> = [Column::GpsX, Column::GpsY, Column::Depth].iter().filter_map(of).collect();
+    let is_slow = |summary: &&ColumnSummary| summary.percentile_1_99.iter().all(|speed| speed.abs() < AT_REST_MPS);
+    let is_in_place = |summary: &&ColumnSummary| summary.percentile_1_99[1] - summary.percentile_1_99[0] < AT_REST_M;
+    let is_known = !speeds.is_empty() && of(&Column::GpsX).is_some() && log.duration_s() > AT_REST_S;
+    (is_known && speeds.iter().all(is_slow) && places.iter().all(is_in_place)).then(|| {
+        let message = "the vehicle does not move in this log: of speed, course and steering it says nothing";
+        Finding::new(Severity::Remark, None, message)
+    })
 }
 
 /// Columns whose samples follow each other as if drawn by lot.

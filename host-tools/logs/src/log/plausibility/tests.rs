@@ -221,3 +221,18 @@ fn fixes_by_usbl_are_tested_against_depth_and_gnss() {
     let from_east = messages(&seen_by_ship(|[range, bearing, up]| [range, std::f64::consts::FRAC_PI_2 - bearing, up]));
     assert!(from_east.contains("USBL's bearing against fixes"), "{from_east}");
 }
+
+/// At a quay: speeds of nothing, and fixes that scatter.
+#[test]
+fn a_vehicle_that_lies_still_is_told() {
+    let log = |speed_mps: f64| {
+        let rows = (0..60_u64).map(|t| {
+            let mut row = LogRow::new(t * 1_000_000);
+            row.set(Column::SpeedLog, speed_mps).set(Column::GpsX, 0.4 * (t as f64).sin()).set(Column::GpsY, 1.0);
+            row
+        });
+        Log { rows: rows.collect(), ..Log::default() }
+    };
+    let is_told = |log: &Log| Examination::of(log).findings.iter().any(|found| found.message.contains("does not move"));
+    assert!(is_told(&log(0.0)) && !is_told(&log(0.8)));
+}
