@@ -236,3 +236,15 @@ fn a_vehicle_that_lies_still_is_told() {
     let is_told = |log: &Log| Examination::of(log).findings.iter().any(|found| found.message.contains("does not move"));
     assert!(is_told(&log(0.0)) && !is_told(&log(0.8)));
 }
+
+/// Rates that do not fit speak of the time only where more than one relation does, and of a vehicle that moves.
+#[test]
+fn a_vehicle_that_hardly_moves_says_nothing_of_the_time() {
+    let mut log = good();
+    log.rows.iter_mut().for_each(|row| row.time_us /= 60);
+    assert!(messages(&log).contains("t_s is in min"), "{}", messages(&log));
+    for row in &mut log.rows {
+        row.set(Column::DvlU, 0.01);
+    }
+    assert!(!messages(&log).contains("t_s is in"), "{}", messages(&log));
+}

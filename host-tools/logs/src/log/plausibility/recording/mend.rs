@@ -172,6 +172,11 @@ impl Mend {
         self.edits.iter().any(|edit| edit.scale < 0.0 && edit.scale != -1.0)
     }
 
+    /// Whether it is another unit of the time.
+    pub fn is_time(&self) -> bool {
+        self.time.is_some()
+    }
+
     /// Whether it changes any of these columns.
     pub fn touches(&self, columns: &[Column]) -> bool {
         self.time.is_some() || self.edits.iter().any(|edit| columns.contains(&edit.target))

@@ -21,6 +21,7 @@ mod usbl;
 
 use super::{Finding, Severity, Untested};
 use crate::log::{Column, Log};
+use crate::stats::percentile;
 use grid::Grid;
 pub(super) use mend::Mend;
 use relation::{Outcome, Relation, State};
@@ -63,6 +64,11 @@ impl Tested {
 
 /// A relation that nothing contradicts is another column's only from this correlation on.
 const OF_EXCHANGE: f64 = 0.5;
+
+/// Relations that have to hold by another unit of the time.
+const OF_TIME: usize = 2;
+/// A vehicle that is slower than this most of the time, m/s, turns by its moorings and the wind.
+const SLOW_MPS: f64 = 0.1;
 
 /// A mend that explains something, and what the relations that it touches would be.
 struct Candidate<'a> {
@@ -108,6 +114,12 @@ pub(super) struct Tests {
     pub turn: Option<[f64; 2]>,
     /// The unit of the heading, where it is not in radians.
     pub heading: Option<Mend>,
+}
+
+/// Median of the speed that a log states first, m/s.
+fn typical_speed_mps(log: &Log) -> Option<f64> {
+    let of = |column| log.column(column).map(|(_, speed)| speed.abs()).collect::<Vec<f64>>();
+    [Column::DvlU, Column::SpeedLog].into_iter().find_map(|column| percentile(&of(column), 0.5))
 }
 
 /// What contradicts signs, axes and units, and what this log cannot show. Columns whose values are `odd` are the first to
@@ -177,6 +189,7 @@ pub(super) fn check(log: &Log, odd: &[Column], headings: &[Mend], is_doubted: im
     // an angle that is counted from elsewhere rests there
     let is_likely = |mend: &Mend| mend.fits(&grid) && mend.turns().is_none_or(|column| odd.contains(&column));
     let mends: Vec<Mend> = mend::all().into_iter().filter(is_likely).collect();
+    let is_slow = typical_speed_mps(log).is_some_and(|speed_mps| speed_mps < SLOW_MPS);
     for _ in 0..MOST_MENDS {
         let mut found: Vec<Candidate<'_>> = Vec::new();
         for mend in &mends {
@@ -198,7 +211,9 @@ pub(super) fn check(log: &Log, odd: &[Column], headings: &[Mend], is_doubted: im
                 let is_close = outcome.correlation.is_some_and(|correlation| correlation > OF_EXCHANGE);
                 outcome.state == State::Holds && (tested[*place].is(State::Contradicted) || is_close)
             };
-            if !outcomes.iter().any(is_mended) {
+            // one relation is no witness of all times, nor is a vehicle that hardly moves
+            let least = if mend.is_time() { OF_TIME } else { 1 };
+            if outcomes.iter().filter(|outcome| is_mended(outcome)).count() < least || (mend.is_time() && is_slow) {
                 continue;
             }
             let rest = (0..tested.len()).filter(|place| is_touched(&tested[*place]) && !reasons.contains(place));
