@@ -68,9 +68,7 @@ fn navigate(log: &Log) -> Result<&'static str, String> {
         }
         Some(Navigation::Dynamic) => Ok("by the vehicle's dynamics (robust filter)"),
         Some(Navigation::Kinematic) => Ok("by the kinematic filter: no propeller and fins in the log"),
-        Some(Navigation::DeadReckoning) => Ok(
-            "by dead reckoning on heading and speed: a filter needs propeller and fins, or a DVL or ranges with the attitude",
-        ),
+        Some(Navigation::DeadReckoning) => Ok("by dead reckoning on heading and speed: too little for a filter"),
         None if is_beside(log) => Ok("only beside a vehicle's log, as its ship's, with --ship"),
         None => Err("lacks a velocity: dvl_u_mps, dvl_v_mps, dvl_w_mps with the attitude, or speed_log_mps".to_owned()),
     }
