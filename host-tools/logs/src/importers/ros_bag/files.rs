@@ -1,8 +1,10 @@
 //! The messages of a bag, whatever it is stored in: MCAP, SQLite (`.db3`), or a folder of such files.
 
 use super::sqlite::{Database, Value, is_sqlite};
+use super::zstd::Zstd;
 use crate::DataError;
 use crate::session::sound_part;
+use mcap::sans_io::LinearReaderOptions;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -75,11 +77,11 @@ fn read_mcap(path: &Path, take: &mut dyn Take) -> Outcome {
     let fail = |message: String| DataError::file(path, message);
     let bytes = std::fs::read(path).map_err(|e| DataError::io(path, &e))?;
     let (sound, fault) = sound_part(&bytes, MAX_CHUNK);
-    let options = mcap::read::Options::IgnoreEndMagic;
-    let stream = mcap::MessageStream::new_with_options(sound, options.into())
-        .map_err(|e| fail(format!("not a readable MCAP file: {e}")))?;
+    let options = LinearReaderOptions::default().with_skip_end_magic(true);
+    let mut messages = mcap::io::MessageReader::new_with_options(sound, options);
+    messages.add_decompressor(Zstd::new()).map_err(|e| fail(e.to_string()))?;
     let (mut count, mut faults) = (0, Vec::from_iter(fault));
-    for message in stream {
+    for message in messages {
         let message = match message {
             Ok(message) => message,
             Err(error) => {

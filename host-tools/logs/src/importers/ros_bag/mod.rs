@@ -10,6 +10,7 @@ mod cdr;
 mod files;
 mod mapped;
 mod sqlite;
+mod zstd;
 
 use super::Imported;
 use super::engine::euler_rad;
@@ -341,8 +342,7 @@ mod tests {
     fn write(path: &Path, messages: &[(&str, &str, u64, Vec<u8>)]) {
         let file = std::io::BufWriter::new(std::fs::File::create(path).unwrap());
         let writer = mcap::WriteOptions::new().profile("ros2");
-        // what most writers of bags take
-        let mut writer = writer.compression(Some(mcap::Compression::Zstd)).create(file).unwrap();
+        let mut writer = writer.compression(Some(mcap::Compression::Lz4)).create(file).unwrap();
         for (sequence, (topic, schema, log_time, data)) in messages.iter().enumerate() {
             let schema = writer.add_schema(schema, "ros2msg", b"").unwrap();
             let header = mcap::records::MessageHeader {
