@@ -142,6 +142,9 @@ fn summaries(log: &Log) -> Vec<ColumnSummary> {
     Column::ALL.into_iter().filter_map(|column| ColumnSummary::of(log, column)).collect()
 }
 
+/// What stands in a finding's message before its lines.
+const MENDED_BY: &str = "; mended by ";
+
 impl Finding {
     fn new(severity: Severity, column: Option<Column>, message: impl Into<String>) -> Self {
         let message = message.into();
@@ -158,7 +161,7 @@ impl Finding {
     }
 
     fn mended_by(mut self, lines: String) -> Self {
-        self.message = format!("{}; mended by {}", self.message, lines.replace('\n', " and "));
+        self.message = format!("{}{MENDED_BY}{}", self.message, lines.replace('\n', " and "));
         self.mend = Some(lines);
         self
     }

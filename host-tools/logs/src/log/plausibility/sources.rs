@@ -1,13 +1,10 @@
 //! Lines that mend a log of messages: they name the number that a column was read from, and hold its unit.
 
-use super::Finding;
+use super::{Finding, MENDED_BY};
 use crate::log::units;
 use crate::log::{Column, Source};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
-
-/// Where a finding's message has its lines.
-const MENDED_BY: &str = "; mended by ";
 
 /// Puts the numbers of the messages in the place of the columns.
 pub(super) fn name(finding: &mut Finding, sources: &BTreeMap<Column, Source>) {

@@ -19,7 +19,7 @@ mod slip;
 mod slope;
 mod usbl;
 
-use super::{Finding, Severity, Untested};
+use super::{Finding, MENDED_BY, Severity, Untested};
 use crate::log::{Column, Log};
 use crate::stats::percentile;
 use grid::Grid;
@@ -275,7 +275,7 @@ fn finding(mends: &[Mend], evidence: &[String]) -> Finding {
     Finding {
         column: first.edits.first().map(|edit| edit.target),
         severity: Severity::Suspicious,
-        message: format!("{}{others}: {evidence}; mended by {}", first.what, lines.join(" or ").replace('\n', " and ")),
+        message: format!("{}{others}: {evidence}{MENDED_BY}{}", first.what, lines.join(" or ").replace('\n', " and ")),
         what: first.what.clone(),
         evidence,
         mend: Some(lines[0].clone()),
