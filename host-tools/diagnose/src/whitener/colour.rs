@@ -5,6 +5,7 @@
 //! n ← a n, c_j ← a_j Φ c_j, V_ij ← a_i a_j V_ij + σ_j² (1 − a_j²) δ_ij, where a_j = exp(−h/τ_j).
 
 use super::matrix::{self, Square};
+use super::{LANES, Lanes};
 use crate::samples::{LogEvent, Reading, ResidualChannel, Samples};
 use std::collections::BTreeSet;
 
@@ -19,20 +20,22 @@ pub struct Colour {
     pub tau_s: f64,
 }
 
-/// The states of all colours.
+/// The states of all colours, in groups of [`LANES`], the last filled up with zeros.
 #[derive(Clone, Debug, Default)]
 pub(super) struct ColourStates {
     colours: Vec<Colour>,
     /// Places of the colours of each channel, and the transponder whose they are.
     places: [Vec<(usize, Option<u32>)>; ResidualChannel::COUNT],
     /// n.
-    pub(super) value: Vec<f64>,
-    /// c_j, a column each.
-    cross: Vec<[f64; 12]>,
-    /// V, row by row.
-    own: Vec<f64>,
+    value: Vec<f64>,
+    /// c_j: of each group twelve lines.
+    cross: Vec<[Lanes; 12]>,
+    /// V: of each noise state a line for each group.
+    own: Vec<Lanes>,
     /// Length of the last step, s, and a_j over it.
-    kept: (f64, Vec<f64>),
+    kept: (f64, Vec<Lanes>),
+    /// Covariance of every noise state with the scalar under way.
+    with_scalar: Vec<Lanes>,
 }
 
 impl ColourStates {
@@ -47,20 +50,21 @@ impl ColourStates {
                 colours.push(*colour);
             }
         }
-        let kept = (f64::NAN, vec![1.0; colours.len()]);
-        let mut states = Self { colours, places, kept, ..Self::default() };
+        let none = vec![[0.0; LANES]; colours.len().div_ceil(LANES)];
+        let kept = (f64::NAN, none.clone());
+        let mut states = Self { colours, places, kept, with_scalar: none, ..Self::default() };
         states.forget();
         states
     }
 
     /// As before the first reading.
     pub(super) fn forget(&mut self) {
-        let count = self.colours.len();
+        let (count, groups) = (self.count(), self.groups());
         self.value = vec![0.0; count];
-        self.cross = vec![[0.0; 12]; count];
-        self.own = vec![0.0; count * count];
+        self.cross = vec![[[0.0; LANES]; 12]; groups];
+        self.own = vec![[0.0; LANES]; count * groups];
         for (j, colour) in self.colours.iter().enumerate() {
-            self.own[j * count + j] = colour.sigma * colour.sigma;
+            self.own[j * groups + j / LANES][j % LANES] = colour.sigma * colour.sigma;
         }
     }
 
@@ -68,8 +72,12 @@ impl ColourStates {
         self.colours.len()
     }
 
+    fn groups(&self) -> usize {
+        self.count().div_ceil(LANES)
+    }
+
     /// Places of the colours of a channel, of a range to this other end.
-    pub(super) fn of(&self, (channel, end): (ResidualChannel, Option<u32>)) -> impl Iterator<Item = usize> + '_ {
+    fn of(&self, (channel, end): (ResidualChannel, Option<u32>)) -> impl Iterator<Item = usize> + '_ {
         let is_own = move |(_, station): &&(usize, Option<u32>)| channel != ResidualChannel::Range || *station == end;
         self.places[channel as usize].iter().filter(is_own).map(|(j, _)| *j)
     }
@@ -81,66 +89,108 @@ impl ColourStates {
 
     /// What each state kept in the last step.
     pub(super) fn kept(&self) -> &[f64] {
-        &self.kept.1
+        self.kept.1.as_flattened()
     }
 
     /// Time update over `h_s` with Φ = I + d.
     pub(super) fn step(&mut self, h_s: f64, d: &Square) {
-        let count = self.count();
+        let groups = self.groups();
         if self.kept.0 != h_s {
-            self.kept = (h_s, self.colours.iter().map(|colour| (-h_s / colour.tau_s).exp()).collect());
-        }
-        if count == 0 {
-            return;
-        }
-        let kept = &self.kept.1;
-        let turned = matrix::transpose(d);
-        for (j, a) in kept.iter().enumerate() {
-            self.value[j] *= a;
-            let moved = matrix::apply_turned(&turned, &self.cross[j]);
-            for (c, moved) in self.cross[j].iter_mut().zip(moved) {
-                *c = a * (*c + moved);
+            self.kept.0 = h_s;
+            for (j, colour) in self.colours.iter().enumerate() {
+                self.kept.1[j / LANES][j % LANES] = (-h_s / colour.tau_s).exp();
             }
-            for (own, other) in self.own[j * count..][..count].iter_mut().zip(kept) {
-                *own *= a * other;
+        }
+        for (cross, kept) in self.cross.iter_mut().zip(&self.kept.1) {
+            let moved = matrix::times(d, cross);
+            matrix::add(cross, &moved);
+            for line in cross {
+                for j in 0..LANES {
+                    line[j] *= kept[j];
+                }
             }
-            self.own[j * count + j] += self.colours[j].sigma.powi(2) * (1.0 - a * a);
+        }
+        for (i, colour) in self.colours.iter().enumerate() {
+            let a = self.kept.1[i / LANES][i % LANES];
+            for (line, kept) in self.own[i * groups..][..groups].iter_mut().zip(&self.kept.1) {
+                for j in 0..LANES {
+                    line[j] *= a * kept[j];
+                }
+            }
+            self.own[i * groups + i / LANES][i % LANES] += colour.sigma.powi(2) * (1.0 - a * a);
+            self.value[i] *= a;
         }
     }
 
-    /// Σ of c_j over the colours of a scalar: what they add to P hᵀ.
-    pub(super) fn cross_of(&self, of: (ResidualChannel, Option<u32>)) -> [f64; 12] {
-        let mut sum = [0.0; 12];
+    /// Adds to P hᵀ what the colours of a scalar, which is read with `h` and `load` times them, do; takes down the
+    /// covariance of every noise state with the scalar, and returns that of its own colours together.
+    pub(super) fn correlate(
+        &mut self,
+        of: (ResidualChannel, Option<u32>),
+        load: f64,
+        h: &[f64; 12],
+        ph: &mut [f64; 12],
+    ) -> f64 {
+        let groups = self.groups();
+        let mut with_scalar = std::mem::take(&mut self.with_scalar);
+        for (group, (sum, cross)) in with_scalar.iter_mut().zip(&self.cross).enumerate() {
+            *sum = [0.0; LANES];
+            for (factor, line) in h.iter().zip(cross).filter(|(factor, _)| **factor != 0.0) {
+                for j in 0..LANES {
+                    sum[j] += factor * line[j];
+                }
+            }
+            for own in self.of(of) {
+                let line = &self.own[own * groups + group];
+                for j in 0..LANES {
+                    sum[j] += load * line[j];
+                }
+            }
+        }
+        let mut together = 0.0;
         for j in self.of(of) {
-            for (sum, c) in sum.iter_mut().zip(&self.cross[j]) {
-                *sum += c;
+            together += with_scalar[j / LANES][j % LANES];
+            for (ph, line) in ph.iter_mut().zip(&self.cross[j / LANES]) {
+                *ph += load * line[j % LANES];
+            }
+        }
+        self.with_scalar = with_scalar;
+        together
+    }
+
+    /// What `correlate` took down.
+    pub(super) fn with_scalar(&self) -> &[f64] {
+        self.with_scalar.as_flattened()
+    }
+
+    /// ∂(reading)/∂θ through the noise states, of whose derivatives these are the lines.
+    pub(super) fn slope(&self, of: (ResidualChannel, Option<u32>), lines: &[Lanes]) -> Lanes {
+        let mut sum = [0.0; LANES];
+        for line in self.of(of).map(|colour| &lines[colour]) {
+            for j in 0..LANES {
+                sum[j] += line[j];
             }
         }
         sum
     }
 
-    /// Covariance of every noise state with the scalar that is read with `h` and `load` times its colours.
-    pub(super) fn with_scalar(&self, of: (ResidualChannel, Option<u32>), load: f64, h: &[f64; 12]) -> Vec<f64> {
-        let count = self.count();
-        let read: Vec<(usize, f64)> = h.iter().copied().enumerate().filter(|(_, factor)| *factor != 0.0).collect();
-        let of: Vec<usize> = self.of(of).collect();
-        let covariance = |(cross, own): (&[f64; 12], &[f64])| {
-            let by_state: f64 = read.iter().map(|(i, factor)| cross[*i] * factor).sum();
-            by_state + load * of.iter().map(|j| own[*j]).sum::<f64>()
-        };
-        self.cross.iter().zip(self.own.chunks_exact(count.max(1))).map(covariance).collect()
-    }
-
-    /// Measurement update: `ph` and `pn` are the covariances of the vehicle's and of the noise states with the scalar.
-    pub(super) fn update(&mut self, ph: &[f64; 12], pn: &[f64], variance: f64, innovation: f64) {
-        let count = self.count();
-        for (i, own) in pn.iter().enumerate() {
-            let gain = own / variance;
-            for (c, ph) in self.cross[i].iter_mut().zip(ph) {
-                *c -= gain * ph;
+    /// Measurement update, behind `correlate`: `ph` is the covariance of the vehicle's state with the scalar.
+    pub(super) fn update(&mut self, ph: &[f64; 12], variance: f64, innovation: f64) {
+        let groups = self.groups();
+        for (cross, pn) in self.cross.iter_mut().zip(&self.with_scalar) {
+            let gain = pn.map(|pn| pn / variance);
+            for (line, ph) in cross.iter_mut().zip(ph) {
+                for j in 0..LANES {
+                    line[j] -= gain[j] * ph;
+                }
             }
-            for (j, other) in pn.iter().enumerate() {
-                self.own[i * count + j] -= gain * other;
+        }
+        for i in 0..self.count() {
+            let gain = self.with_scalar[i / LANES][i % LANES] / variance;
+            for (line, pn) in self.own[i * groups..][..groups].iter_mut().zip(&self.with_scalar) {
+                for j in 0..LANES {
+                    line[j] -= gain * pn[j];
+                }
             }
             self.value[i] += gain * innovation;
         }

@@ -287,11 +287,7 @@ impl Filter<'_> {
             }
             // P is symmetric.
             let mut ph = matrix::apply_turned(&self.p, &h);
-            for (ph, cross) in ph.iter_mut().zip(self.colours.cross_of(of)) {
-                *ph += load * cross;
-            }
-            let pn = self.colours.with_scalar(of, load, &h);
-            let lasting: f64 = self.colours.of(of).map(|j| pn[j]).sum();
+            let lasting = self.colours.correlate(of, load, &h, &mut ph);
             let variance =
                 dot(&h, &ph) + load * lasting + (prediction.variance[axis] + added) * scale * scale * prediction.alike;
             let sigma = variance.sqrt();
@@ -307,7 +303,7 @@ impl Filter<'_> {
             }
             rows.row(t_s, innovation / sigma, &self.ordered, -1.0 / sigma);
             if self.columns > 0 {
-                let noise_gain = pn.iter().map(|value| value / variance);
+                let noise_gain = self.colours.with_scalar().iter().map(|value| value / variance);
                 self.gains.clear();
                 self.gains.extend(gain.iter().copied().chain(noise_gain));
                 let (lines, groups) = (self.lines(), self.live_groups());
@@ -319,7 +315,7 @@ impl Filter<'_> {
                     }
                 }
             }
-            self.colours.update(&ph, &pn, variance, innovation);
+            self.colours.update(&ph, variance, innovation);
             for (i, k) in gain.iter().enumerate() {
                 let row = &mut self.p[i];
                 for j in 0..12 {
@@ -389,10 +385,9 @@ impl Filter<'_> {
                     sum[j] += factor * line[j];
                 }
             }
-            for colour in self.colours.of((channel, prediction.path.station)) {
-                for j in 0..LANES {
-                    sum[j] += prediction.lasting[axis] * group[12 + colour][j];
-                }
+            let by_noise = self.colours.slope((channel, prediction.path.station), &group[12..]);
+            for j in 0..LANES {
+                sum[j] += prediction.lasting[axis] * by_noise[j];
             }
             *row = sum;
         }

@@ -1,7 +1,7 @@
 //! Time update: state, covariance and derivatives from one reading to the next.
 
 use super::matrix::{self, Square};
-use super::{Filter, Kind, LANES, Lanes, STEP_S};
+use super::{Filter, Kind, LANES, STEP_S};
 use crate::regressors::{self, Snapshot, Target};
 use backseat_core::dynamics::ActuatorInput;
 use backseat_core::effects::Step;
@@ -36,16 +36,28 @@ impl Filter<'_> {
         };
         let f: [f64; 12] = (linearisation.f + regressors::motion(&self.setup.proposed, &snapshot)).into();
         let dense = linearisation.F();
-        let ah: Square = std::array::from_fn(|i| std::array::from_fn(|j| dense[(i, j)] * h));
+        let mut ah = matrix::ZERO;
+        for i in 0..12 {
+            for j in 0..12 {
+                ah[i][j] = dense[(i, j)] * h;
+            }
+        }
         // e^{Ah} − I to third order: at 0.1 s and a roll stiffness of 4/s the next term is 1e-3 of the step.
         let ah2 = matrix::times(&ah, &ah);
         let ah3 = matrix::times(&ah2, &ah);
-        let d: Square = std::array::from_fn(|i| std::array::from_fn(|j| ah[i][j] + 0.5 * ah2[i][j] + ah3[i][j] / 6.0));
-        let (once, twice) = (matrix::apply(&ah, &f), matrix::apply(&ah2, &f));
+        let mut d = ah;
+        for i in 0..12 {
+            for j in 0..12 {
+                d[i][j] += 0.5 * ah2[i][j] + ah3[i][j] / 6.0;
+            }
+        }
+        let turned = matrix::transpose(&ah);
+        let once = matrix::apply_turned(&turned, &f);
+        let twice = matrix::apply_turned(&turned, &once);
         let increment: [f64; 12] = std::array::from_fn(|i| (f[i] + 0.5 * once[i] + twice[i] / 6.0) * h);
 
         self.colours.step(h, &d);
-        self.step_slopes((&step, &commanded), &linearisation.f, &ah, &d);
+        self.step_slopes((&step, &commanded), &linearisation.f, &turned, &d);
 
         for (x, increment) in self.x.iter_mut().zip(increment) {
             *x += increment;
@@ -59,8 +71,11 @@ impl Filter<'_> {
                 without.iter_mut().for_each(|without| without.follow(&step, &moved, &self.x));
             }
         }
-        let half = matrix::plus_times(&d, &self.p);
-        self.p = matrix::plus_times(&d, &matrix::transpose(&half));
+        // (I + D) P (I + D)ᵀ
+        let moved = matrix::times(&d, &self.p);
+        matrix::add(&mut self.p, &moved);
+        let moved = matrix::times(&self.p, &matrix::transpose(&d));
+        matrix::add(&mut self.p, &moved);
         // Trapezoid of ∫ Φ Q Φᵀ: good to the square of the step over the time constants.
         for (i, q) in psd(self.noise()).into_iter().enumerate() {
             let mut column: [f64; 12] = std::array::from_fn(|row| d[row][U + i]);
@@ -80,7 +95,13 @@ impl Filter<'_> {
     }
 
     /// ∂x/∂θ ← Φ ∂x/∂θ + ∫ ∂f/∂θ.
-    fn step_slopes(&mut self, (step, commanded): (&Step, &ActuatorInput), f: &VehicleState, ah: &Square, d: &Square) {
+    fn step_slopes(
+        &mut self,
+        (step, commanded): (&Step, &ActuatorInput),
+        f: &VehicleState,
+        turned: &Square,
+        d: &Square,
+    ) {
         self.wake();
         let h = step.h_s;
         if self.columns == 0 {
@@ -88,21 +109,14 @@ impl Filter<'_> {
         }
         let (lines, groups) = (self.lines(), self.live_groups());
         for group in self.slopes.chunks_exact_mut(lines).take(groups) {
-            let before: [Lanes; 12] = std::array::from_fn(|i| group[i]);
-            for (i, line) in group.iter_mut().take(12).enumerate() {
-                let mut sum = before[i];
-                for (factor, from) in d[i].iter().zip(&before).filter(|(factor, _)| **factor != 0.0) {
-                    for j in 0..LANES {
-                        sum[j] += factor * from[j];
-                    }
+            if let Some((states, colours)) = group.split_first_chunk_mut() {
+                let moved = matrix::times(d, states);
+                matrix::add(states, &moved);
+                for (line, kept) in colours.iter_mut().zip(self.colours.kept()) {
+                    *line = line.map(|slope| kept * slope);
                 }
-                *line = sum;
-            }
-            for (line, kept) in group[12..].iter_mut().zip(self.colours.kept()) {
-                *line = line.map(|slope| kept * slope);
             }
         }
-        let turned = matrix::transpose(ah);
 
         let t_s = self.t_s;
         let heading = self.heading();
@@ -115,7 +129,7 @@ impl Filter<'_> {
             }
             // (I h + A h²/2) ∂f/∂θ, of a monomial a column of it.
             let by_one = |place: usize, df: f64| -> [f64; 12] {
-                std::array::from_fn(|i| (if i == place { df } else { 0.0 } + 0.5 * (ah[i][place] * df)) * h)
+                std::array::from_fn(|i| (if i == place { df } else { 0.0 } + 0.5 * (turned[place][i] * df)) * h)
             };
             let moved: [f64; 12] = match &mut term.kind {
                 Kind::GenericTerm { target: Target::Acceleration(dof), factor } => {
@@ -135,7 +149,7 @@ impl Filter<'_> {
                         }
                     };
                     let df = (after - before) / *unit;
-                    let once = matrix::apply_turned(&turned, &df.into());
+                    let once = matrix::apply_turned(turned, &df.into());
                     std::array::from_fn(|i| (df[i] + 0.5 * once[i]) * h)
                 }
                 _ => continue,
