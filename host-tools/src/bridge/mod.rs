@@ -329,6 +329,9 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let stop = Arc::new(AtomicBool::new(false));
     let flag = Arc::clone(&stop);
     ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed)).context("signal handler")?;
+    if args.ros2.is_some() {
+        ros2::limit_memory()?;
+    }
     let mut course = Course { begun: Instant::now(), time: args.time, stop, records: 0 };
     let session = Path::new(args.port.path());
     let sides = if session.is_file() { play(args, session, &mut course)? } else { live(args, &mut course)? };

@@ -6,13 +6,27 @@ use super::commands::Commands;
 use super::counts::Counts;
 use super::{Domain, Place};
 use crate::monitor::{Severity, words};
-use anyhow::{anyhow, ensure};
+use anyhow::{Context, anyhow, ensure};
 use backseat_wire::hostlink::{Mode, Telemetry};
 use messages::{DiagnosticArray, DiagnosticStatus, KeyValue, Named, Text};
 use rustdds::no_key::{DataReader, DataWriter};
 use rustdds::policy::{Durability, History, Reliability};
 use rustdds::{DomainParticipant, DomainParticipantBuilder, Publisher, QosPolicies, QosPolicyBuilder, TopicKind};
+use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
 use std::time::Instant;
+
+/// What the process may take of memory, bytes. It needs far less.
+const MEMORY: u64 = 512 << 20;
+
+/// The library makes a buffer of the size that the first fragment of a message claims, up to 4 GiB, whoever sends it and
+/// without end. This bounds all of them: what goes beyond ends the process, and leaves the machine to the others.
+pub fn limit_memory() -> anyhow::Result<()> {
+    let Rlimit { current, maximum } = getrlimit(Resource::Data);
+    let limit = Rlimit { current: Some(current.map_or(MEMORY, |set| set.min(MEMORY))), maximum };
+    setrlimit(Resource::Data, limit).context("--ros2: a limit of the memory")?;
+    eprintln!("bridge: ROS 2: ends if somebody's messages claim more than {} MiB of memory", MEMORY >> 20);
+    Ok(())
+}
 
 /// As `rclcpp` and `rclpy` publish: reliable, the last ten. Nothing waits for a reader: what the library cannot take is
 /// dropped. It holds 8,192 messages for one that does not acknowledge, and lets it go when its lease is over.
@@ -220,5 +234,43 @@ mod tests {
             std::thread::sleep(Duration::from_millis(20));
         }
         assert_eq!(node.counts.read()[1], 0, "dropped");
+    }
+
+    /// One datagram, of nobody whom it knows, says that it begins a message of 1 GiB. In a process of its own, because
+    /// that is what ends.
+    #[test]
+    fn who_claims_too_much_memory_ends_the_process_alone() {
+        const CHILD: &str = "BACKSEAT_TEST_DOMAIN";
+        let loopback = |id| Domain { id, address: Some(Ipv4Addr::LOCALHOST.into()) };
+        if let Ok(id) = std::env::var(CHILD) {
+            limit_memory().unwrap();
+            let _node = Node::open(loopback(id.parse().unwrap()), "auv", false).unwrap();
+            return std::thread::sleep(Duration::from_secs(20));
+        }
+        let id = 168 + (std::process::id() % 32) as u16;
+        let mut child = std::process::Command::new(std::env::current_exe().unwrap())
+            .args(["--exact", "--nocapture", "bridge::ros2::tests::who_claims_too_much_memory_ends_the_process_alone"])
+            .env(CHILD, id.to_string())
+            .stdout(std::process::Stdio::null())
+            .stderr(std::process::Stdio::piped())
+            .spawn()
+            .unwrap();
+        let liar = UdpSocket::bind("127.0.0.1:0").unwrap();
+        // to the reader of participants: message 1, fragment 1, one fragment of 1024 bytes
+        let mut bytes = b"RTPS\x02\x03\x01\x0f a liar ....\x16\x01\x28\x00\x00\x00\x1c\x00".to_vec();
+        bytes.extend(
+            b"\x00\x01\x00\xc7\x00\x01\x00\xc2\x00\x00\x00\x00\x01\x00\x00\x00\x01\x00\x00\x00\x01\x00\x00\x04",
+        );
+        bytes.extend((1_u32 << 30).to_le_bytes());
+        bytes.extend([0; 8]);
+        while child.try_wait().unwrap().is_none() {
+            for port in 7410 + 250 * id..7416 + 250 * id {
+                let _ = liar.send_to(&bytes, (Ipv4Addr::LOCALHOST, port));
+            }
+            std::thread::sleep(Duration::from_millis(20));
+        }
+        let output = child.wait_with_output().unwrap();
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert!(!output.status.success() && said.contains("memory allocation of 1073741824 bytes failed"), "{said}");
     }
 }
