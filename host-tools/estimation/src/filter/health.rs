@@ -18,6 +18,11 @@ const ENOUGH: u64 = 30;
 const FEW_REFUSED: (u64, f64) = (4, 0.5);
 /// A filter refuses outliers, a few percent; a quarter of a sensor's measurements are no outliers.
 const MOST_REFUSED: f64 = 0.25;
+/// Outliers come one by one. A sensor that is refused so many times without a break, over so many seconds, contradicts what
+/// the filter believes then.
+const IN_A_ROW: (u64, f64) = (20, 10.0);
+/// Share that is refused and mean NIS of the rest that are too much together: beside outliers the rest is consistent.
+const REFUSED_AND_NIS: (f64, f64) = (0.05, 2.0);
 /// Mean NIS from which on a sensor contradicts the filter. Fused scalars lie inside the gate, so that it stays small.
 const LARGEST_NIS: f64 = 5.0;
 /// Innovations that hardly change from one to the next and are larger than their sigma: a systematic error.
@@ -67,6 +72,16 @@ impl Health {
                 health.doubts.push(format!(
                     "{percent:.0} % of the measurements of {name} were refused: units, signs or the installation?"
                 ));
+            } else if let Some([from_s, until_s]) = refused_in_a_row(run, summary.sensor) {
+                health.doubts.push(format!(
+                    "{name} was refused without a break from {from_s:.0} to {until_s:.0} s: it contradicts the rest there"
+                ));
+            } else if refused > REFUSED_AND_NIS.0 && nis > REFUSED_AND_NIS.1 {
+                let percent = 100.0 * refused;
+                health.doubts.push(format!(
+                    "{percent:.0} % of the measurements of {name} were refused, and the others contradict the filter: mean \
+                     NIS {nis:.1}, 1 if consistent"
+                ));
             } else if nis > LARGEST_NIS {
                 health.doubts.push(format!("{name} contradicts the filter: mean NIS {nis:.1}, 1 if consistent"));
             } else if lag_one.is_some_and(|lag_one| lag_one > MOST_COLOURED.0) && nis > MOST_COLOURED.1 {
@@ -81,6 +96,25 @@ impl Health {
         }
         health
     }
+}
+
+/// The longest time for which a sensor was refused without a break, from and to, s; `None` of a short one.
+fn refused_in_a_row(run: &FilterRun, sensor: Sensor) -> Option<[f64; 2]> {
+    let (mut longest, mut from_us, mut count) = (None, 0, 0_u64);
+    for record in run.fusions.iter().filter(|record| record.sensor == sensor) {
+        match record.outcome {
+            FusionOutcome::Gated if count == 0 => (from_us, count) = (record.time_us, 1),
+            FusionOutcome::Gated => count += 1,
+            FusionOutcome::Fused => count = 0,
+            _ => {}
+        }
+        let span_us = record.time_us - from_us;
+        let is_long = count >= IN_A_ROW.0 && span_us as f64 * 1e-6 >= IN_A_ROW.1;
+        if is_long && longest.is_none_or(|[from_us, until_us]: [u64; 2]| span_us > until_us - from_us) {
+            longest = Some([from_us, record.time_us]);
+        }
+    }
+    longest.map(|times_us| times_us.map(|time_us| time_us as f64 * 1e-6))
 }
 
 /// Correlation with the next innovation, axis by axis; the largest.

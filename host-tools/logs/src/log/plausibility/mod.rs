@@ -1,7 +1,8 @@
 //! Is a log what its column names say? Ranges, rates and gaps of every column, and what contradicts units and signs.
 //!
 //! Evidence of five kinds: names that are almost those of columns (`names`), values that no vehicle has (`limits`,
-//! `angles`), numbers that stand for no reading (`marks`), readings that stand still or in no order (`held`), and columns
+//! `angles`), numbers that stand for no reading (`marks`), readings that stand still or in no order (`held`) or twice (`repeated`), and
+//! columns
 //! that contradict each other by physics that needs no vehicle (`recording`), such as a heading that falls where the yaw
 //! rate is positive.
 
@@ -12,6 +13,7 @@ mod magnetic;
 mod marks;
 mod names;
 mod recording;
+mod repeated;
 mod sources;
 mod summary;
 
@@ -107,6 +109,10 @@ impl Examination {
             let tests = recording::check(log, &beyond, &headings, is_doubted);
             values.extend(tests.heading.map(|unit| angles::heading(log, &unit)));
             findings.extend(tests.turn.and_then(|turn| magnetic::check(log, turn)));
+            for finding in values.iter_mut().filter(|f| f.column.is_some_and(|column| tests.changed.contains(&column)))
+            {
+                finding.without_mend();
+            }
             let contradictions = tests.findings;
             (untested, holding) = (tests.untested, tests.holding);
             // a value beyond all limits whose cause is found needs no second finding
@@ -118,6 +124,7 @@ impl Examination {
             };
             findings.extend(values.into_iter().filter(|finding| !is_explained(finding)));
             findings.extend(odd);
+            findings.extend(repeated::check(log));
             findings.extend(contradictions);
         }
         if let Some(sources) = &log.sources {
@@ -158,6 +165,15 @@ impl Finding {
 
     fn remark(column: Column, message: impl Into<String>) -> Self {
         Self::new(Severity::Remark, Some(column), message)
+    }
+
+    /// Of a mistake in a part of a log.
+    fn without_mend(&mut self) {
+        if let Some((said, _)) = self.message.rsplit_once(MENDED_BY) {
+            self.message.truncate(said.len());
+        }
+        self.mend = None;
+        self.alternatives.clear();
     }
 
     fn mended_by(mut self, lines: String) -> Self {

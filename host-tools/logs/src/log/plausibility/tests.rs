@@ -248,3 +248,50 @@ fn a_vehicle_that_hardly_moves_says_nothing_of_the_time() {
     }
     assert!(!messages(&log).contains("t_s is in"), "{}", messages(&log));
 }
+
+/// From the middle on.
+fn with_from(column: Column, from_s: f64, change: impl Fn(f64) -> f64) -> Log {
+    let mut log = good();
+    for row in log.rows.iter_mut().filter(|row| row.time_us as f64 * 1e-6 >= from_s) {
+        let value = row.get(column).unwrap();
+        row.set(column, change(value));
+    }
+    log
+}
+
+#[test]
+fn a_mistake_in_a_part_of_a_log_is_said_with_its_time() {
+    for (log, expected) in [
+        (with_from(Column::R, 300.0, |r| -r), "from about 300 s on r_radps has the wrong sign"),
+        (with_from(Column::PropRpm, 300.0, |rpm| -rpm), "from about 300 s on prop_rpm has the wrong sign"),
+        (with_from(Column::DvlW, 300.0, |w| -w), "from about 300 s on dvl_w_mps has the wrong sign"),
+    ] {
+        let found = Examination::of(&log);
+        let said: Vec<&str> = found.suspicions().map(|finding| finding.message.as_str()).collect();
+        assert!(said.len() == 1 && said[0].contains(expected), "{said:?}");
+        // a mapping would break the other half
+        assert!(found.findings.iter().all(|finding| finding.mend.is_none()), "{said:?}");
+    }
+}
+
+#[test]
+fn a_depth_that_leaps_and_stays_is_told_and_one_reading_is_not() {
+    let moved = messages(&with_from(Column::Depth, 300.0, |depth| depth + 4.0));
+    assert!(moved.contains("depth_m leaps by 4.4 m at 300 s"), "{moved}");
+    let mut log = good();
+    log.rows[1500].set(Column::Depth, 40.0);
+    assert_eq!(messages(&log), "");
+}
+
+#[test]
+fn a_stretch_that_was_written_twice_is_told() {
+    let mut log = good();
+    let again: Vec<LogRow> = log.rows[500..1000].to_vec();
+    let (begin_us, end_us) = (again[0].time_us, log.rows[log.rows.len() - 1].time_us + 200_000);
+    log.rows.extend(again.into_iter().map(|mut row| {
+        row.time_us = row.time_us - begin_us + end_us;
+        row
+    }));
+    let said = messages(&log);
+    assert!(said.contains("from 100 to 200 s stands again from 600 s on, to the last digit (500 samples)"), "{said}");
+}

@@ -3,6 +3,7 @@
 use crate::log::{Column, Log};
 use crate::stats::median;
 use std::f64::consts::{PI, TAU};
+use std::ops::Range;
 
 /// Cells are not shorter than this, s: noise of a sensor averages within one, no manoeuvre hides in one.
 const CELL_S: f64 = 0.5;
@@ -105,6 +106,13 @@ impl Grid {
             columns[column as usize] = Some(values);
         }
         Some(Self { cell_s, pace_s, len, is_motor_rpm: log.is_motor_rpm, columns })
+    }
+
+    /// Some of its cells.
+    pub fn part(&self, cells: Range<usize>) -> Self {
+        let of = |values: &Vec<f64>| values[cells.clone()].to_vec();
+        let columns = self.columns.iter().map(|values| values.as_ref().map(of)).collect();
+        Self { len: cells.len(), columns, ..*self }
     }
 
     /// A column; `None` where the log has none.

@@ -11,6 +11,7 @@ mod grid;
 mod legs;
 mod mend;
 mod pace;
+mod parts;
 mod propeller;
 mod ranges;
 mod rates;
@@ -114,6 +115,8 @@ pub(super) struct Tests {
     pub turn: Option<[f64; 2]>,
     /// The unit of the heading, where it is not in radians.
     pub heading: Option<Mend>,
+    /// Columns that were recorded in two ways: no mapping mends them.
+    pub changed: Vec<Column>,
 }
 
 /// Median of the speed that a log states first, m/s.
@@ -127,14 +130,6 @@ fn typical_speed_mps(log: &Log) -> Option<f64> {
 /// out.
 pub(super) fn check(log: &Log, odd: &[Column], headings: &[Mend], is_doubted: impl Fn(Column) -> bool) -> Tests {
     let mut tests = Tests::default();
-    let test = |relation: &'static Relation, grid: &Grid| {
-        let missing: Vec<&str> =
-            relation.needs.iter().filter(|column| !grid.has(**column)).map(|column| column.name()).collect();
-        if !missing.is_empty() {
-            return Outcome::untested(format!("no {}", missing.join(", ")));
-        }
-        (relation.test)(grid)
-    };
     tests.heading = headings.first().cloned();
     let scale = headings.first().map_or(1.0, Mend::scale);
     let Some(mut grid) = Grid::of(log, scale, &is_doubted) else { return tests };
@@ -158,12 +153,8 @@ pub(super) fn check(log: &Log, odd: &[Column], headings: &[Mend], is_doubted: im
             }
         }
     }
-    let mut done: Vec<Mend> = tests.heading.clone().into_iter().collect();
     tests.turn = course::turn(&grid);
-    // few logs have a USBL: of others nothing is said of it
-    let is_asked = |of: &&Relation| !of.needs.contains(&Column::UsblRange) || grid.has(Column::UsblRange);
-    let mut tested: Vec<Tested> =
-        relations().filter(is_asked).map(|relation| Tested { relation, outcome: test(relation, &grid) }).collect();
+    let tested = all_tested(&grid);
     let of_state = |tested: &&Tested, state| tested.outcome.state == state;
     let holding = tested.iter().filter(|tested| of_state(tested, State::Holds));
     tests.holding = holding.map(|tested| (tested.relation.name, tested.used(&grid))).collect();
@@ -185,84 +176,133 @@ pub(super) fn check(log: &Log, odd: &[Column], headings: &[Mend], is_doubted: im
         Some(Untested { test, columns, lacks_columns: false, is_inconclusive: false, why })
     };
     tests.untested.extend(tested.iter().filter_map(left_open));
-    let findings = &mut tests.findings;
-    // an angle that is counted from elsewhere rests there
-    let is_likely = |mend: &Mend| mend.fits(&grid) && mend.turns().is_none_or(|column| odd.contains(&column));
-    let mends: Vec<Mend> = mend::all().into_iter().filter(is_likely).collect();
-    let is_slow = typical_speed_mps(log).is_some_and(|speed_mps| speed_mps < SLOW_MPS);
-    for _ in 0..MOST_MENDS {
-        let mut found: Vec<Candidate<'_>> = Vec::new();
-        for mend in &mends {
-            let is_touched = |tested: &Tested| mend.touches(&tested.columns());
-            // a relation that is absent is noise, unless another column has it
-            let is_reason = |tested: &Tested| {
-                let is_absent = !tested.is(State::Holds) && tested.outcome.correlation.is_some();
-                tested.is(State::Contradicted) || (mend.is_exchange && is_absent)
-            };
-            let reasons = (0..tested.len()).filter(|&place| is_touched(&tested[place]) && is_reason(&tested[place]));
-            let reasons: Vec<usize> = reasons.collect();
-            if reasons.is_empty() {
-                continue;
-            }
-            let mended = mend.apply(&grid);
-            let mut outcomes: Vec<(usize, Outcome)> =
-                reasons.iter().map(|&place| (place, test(tested[place].relation, &mended))).collect();
-            let is_mended = |(place, outcome): &(usize, Outcome)| {
-                let is_close = outcome.correlation.is_some_and(|correlation| correlation > OF_EXCHANGE);
-                outcome.state == State::Holds && (tested[*place].is(State::Contradicted) || is_close)
-            };
-            // one relation is no witness of all times, nor is a vehicle that hardly moves
-            let least = if mend.is_time() { OF_TIME } else { 1 };
-            if outcomes.iter().filter(|outcome| is_mended(outcome)).count() < least || (mend.is_time() && is_slow) {
-                continue;
-            }
-            let rest = (0..tested.len()).filter(|place| is_touched(&tested[*place]) && !reasons.contains(place));
-            outcomes.extend(rest.map(|place| (place, test(tested[place].relation, &mended))));
-            let change = outcomes.iter().map(|(place, outcome)| value(tested[*place].outcome.state, outcome.state));
-            let blamed = odd.iter().filter(|column| mend.touches(&[**column])).count() as i32;
-            let score = change.sum::<i32>();
-            if score > 0 {
-                // two mistakes only where one explains less
-                let score = score + OF_ODD * blamed - i32::from(mend.is_double());
-                found.push(Candidate { score, mend, outcomes });
-            }
-        }
-        let Some(most) = found.iter().map(|candidate| candidate.score).max() else { break };
-        found.retain(|candidate| candidate.score == most);
-        // the first of those that explain the same; the sort is stable
-        found.sort_by_key(|candidate| candidate.mend.edits.len());
-        let names: Vec<Mend> = found.iter().map(|candidate| candidate.mend.clone().after(&done)).collect();
-        let Candidate { mend, outcomes, .. } = found.swap_remove(0);
-        let evidence: Vec<String> = outcomes
-            .iter()
-            .filter(|(place, outcome)| outcome.state == State::Holds && !tested[*place].is(State::Holds))
-            .map(|(place, _)| tested[*place].outcome.evidence.clone())
-            .collect();
-        findings.push(finding(&names, &evidence));
-        for (place, outcome) in outcomes {
-            tested[place].outcome = outcome;
-        }
-        grid = mend.apply(&grid);
-        done.push(names[0].clone());
-        // what is mended twice is said once, by the line that does both
-        let is_said = |finding: &Finding| finding.mend.as_ref().is_some_and(|lines| names[0].replaces(lines));
-        let last = findings.len() - 1;
-        let before: Vec<usize> = (0..last).filter(|&place| is_said(&findings[place])).collect();
-        for place in before.into_iter().rev() {
-            let earlier = findings.remove(place);
-            if let Some(latest) = findings.last_mut() {
-                latest.message = format!("{}, and {}", earlier.what, latest.message);
-                latest.what = format!("{}, and {}", earlier.what, latest.what);
-            }
-        }
-    }
-    findings.extend(tested.iter().filter(|tested| tested.is(State::Contradicted)).map(unexplained));
-    let is_blamed = findings.iter().any(|finding| finding.column == Some(Column::DvlV));
-    let outcome = test(&slip::RELATION, &grid);
-    if outcome.state == State::Contradicted && !is_blamed {
-        findings.push(slips_inwards(&outcome));
+    let search = Search {
+        odd,
+        is_slow: typical_speed_mps(log).is_some_and(|speed_mps| speed_mps < SLOW_MPS),
+        heading: tests.heading.as_ref(),
+    };
+    let change = parts::check(&grid, &tested, &search);
+    tests.findings = search.explain(grid, tested);
+    if let Some(change) = change {
+        // what two recordings together contradict says nothing of either
+        tests.findings.retain(|finding| finding.column.is_none_or(|column| !change.columns.contains(&column)));
+        tests.findings.extend(change.findings);
+        tests.changed = change.columns;
     }
     tests
+}
+
+/// What a grid says of a relation.
+fn test(relation: &Relation, grid: &Grid) -> Outcome {
+    let missing: Vec<&str> =
+        relation.needs.iter().filter(|column| !grid.has(**column)).map(|column| column.name()).collect();
+    if !missing.is_empty() {
+        return Outcome::untested(format!("no {}", missing.join(", ")));
+    }
+    (relation.test)(grid)
+}
+
+/// What it says of all; few logs have a USBL: of others nothing is said of it.
+fn all_tested(grid: &Grid) -> Vec<Tested> {
+    let is_asked = |of: &&Relation| !of.needs.contains(&Column::UsblRange) || grid.has(Column::UsblRange);
+    relations().filter(is_asked).map(|relation| Tested { relation, outcome: test(relation, grid) }).collect()
+}
+
+/// The search for mistakes that explain contradictions.
+struct Search<'a> {
+    /// Columns that are the first to be blamed.
+    odd: &'a [Column],
+    /// The vehicle hardly moves.
+    is_slow: bool,
+    /// The heading's unit, in which the grid has it.
+    heading: Option<&'a Mend>,
+}
+
+impl Search<'_> {
+    /// The mistakes that explain what is contradicted, and what none explains.
+    fn explain(&self, mut grid: Grid, mut tested: Vec<Tested>) -> Vec<Finding> {
+        let mut findings: Vec<Finding> = Vec::new();
+        let mut done: Vec<Mend> = self.heading.into_iter().cloned().collect();
+        // an angle that is counted from elsewhere rests there
+        let is_likely = |mend: &Mend| mend.fits(&grid) && mend.turns().is_none_or(|column| self.odd.contains(&column));
+        let mends: Vec<Mend> = mend::all().into_iter().filter(is_likely).collect();
+        for _ in 0..MOST_MENDS {
+            let mut found: Vec<Candidate<'_>> = Vec::new();
+            for mend in &mends {
+                let is_touched = |tested: &Tested| mend.touches(&tested.columns());
+                // a relation that is absent is noise, unless another column has it
+                let is_reason = |tested: &Tested| {
+                    let is_absent = !tested.is(State::Holds) && tested.outcome.correlation.is_some();
+                    tested.is(State::Contradicted) || (mend.is_exchange && is_absent)
+                };
+                let reasons =
+                    (0..tested.len()).filter(|&place| is_touched(&tested[place]) && is_reason(&tested[place]));
+                let reasons: Vec<usize> = reasons.collect();
+                if reasons.is_empty() {
+                    continue;
+                }
+                let mended = mend.apply(&grid);
+                let mut outcomes: Vec<(usize, Outcome)> =
+                    reasons.iter().map(|&place| (place, test(tested[place].relation, &mended))).collect();
+                let is_mended = |(place, outcome): &(usize, Outcome)| {
+                    let is_close = outcome.correlation.is_some_and(|correlation| correlation > OF_EXCHANGE);
+                    outcome.state == State::Holds && (tested[*place].is(State::Contradicted) || is_close)
+                };
+                // one relation is no witness of all times, nor is a vehicle that hardly moves
+                let least = if mend.is_time() { OF_TIME } else { 1 };
+                if outcomes.iter().filter(|outcome| is_mended(outcome)).count() < least
+                    || (mend.is_time() && self.is_slow)
+                {
+                    continue;
+                }
+                let rest = (0..tested.len()).filter(|place| is_touched(&tested[*place]) && !reasons.contains(place));
+                outcomes.extend(rest.map(|place| (place, test(tested[place].relation, &mended))));
+                let change = outcomes.iter().map(|(place, outcome)| value(tested[*place].outcome.state, outcome.state));
+                let blamed = self.odd.iter().filter(|column| mend.touches(&[**column])).count() as i32;
+                let score = change.sum::<i32>();
+                if score > 0 {
+                    // two mistakes only where one explains less
+                    let score = score + OF_ODD * blamed - i32::from(mend.is_double());
+                    found.push(Candidate { score, mend, outcomes });
+                }
+            }
+            let Some(most) = found.iter().map(|candidate| candidate.score).max() else { break };
+            found.retain(|candidate| candidate.score == most);
+            // the first of those that explain the same; the sort is stable
+            found.sort_by_key(|candidate| candidate.mend.edits.len());
+            let names: Vec<Mend> = found.iter().map(|candidate| candidate.mend.clone().after(&done)).collect();
+            let Candidate { mend, outcomes, .. } = found.swap_remove(0);
+            let evidence: Vec<String> = outcomes
+                .iter()
+                .filter(|(place, outcome)| outcome.state == State::Holds && !tested[*place].is(State::Holds))
+                .map(|(place, _)| tested[*place].outcome.evidence.clone())
+                .collect();
+            findings.push(finding(&names, &evidence));
+            for (place, outcome) in outcomes {
+                tested[place].outcome = outcome;
+            }
+            grid = mend.apply(&grid);
+            done.push(names[0].clone());
+            // what is mended twice is said once, by the line that does both
+            let is_said = |finding: &Finding| finding.mend.as_ref().is_some_and(|lines| names[0].replaces(lines));
+            let last = findings.len() - 1;
+            let before: Vec<usize> = (0..last).filter(|&place| is_said(&findings[place])).collect();
+            for place in before.into_iter().rev() {
+                let earlier = findings.remove(place);
+                if let Some(latest) = findings.last_mut() {
+                    latest.message = format!("{}, and {}", earlier.what, latest.message);
+                    latest.what = format!("{}, and {}", earlier.what, latest.what);
+                }
+            }
+        }
+        findings.extend(tested.iter().filter(|tested| tested.is(State::Contradicted)).map(unexplained));
+        let is_blamed = findings.iter().any(|finding| finding.column == Some(Column::DvlV));
+        let outcome = test(&slip::RELATION, &grid);
+        if outcome.state == State::Contradicted && !is_blamed {
+            findings.push(slips_inwards(&outcome));
+        }
+        findings
+    }
 }
 
 /// A contradiction that one mistake explains.
