@@ -87,6 +87,7 @@ pub fn at_centre<'a>(log: &'a Log, installation: &Installation) -> Cow<'a, Log> 
         unused_columns,
         estimated_fixes: log.estimated_fixes.clone(),
         sources: log.sources.clone(),
+        time_column: log.time_column.clone(),
         unread_numbers: log.unread_numbers.clone(),
     })
 }

@@ -225,7 +225,7 @@ mod tests {
         let log = super::super::read_mapped(&path, &map).unwrap().log;
         let attitude_rad = log.rows[0].attitude_rad().unwrap();
         assert_eq!(attitude_rad.map(|rad| rad.to_degrees().round()), [0.0, 0.0, -90.0]);
-        std::fs::write(&path, "t_s,depth_m\n0,1\n").unwrap();
+        std::fs::write(&path, "Zeit,Tiefe\n0,1\n").unwrap();
         let complaint = super::super::read_mapped(&path, &map).unwrap_err().to_string();
         assert!(complaint.contains("[columns] is empty"), "{complaint}");
     }

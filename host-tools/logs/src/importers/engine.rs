@@ -2,6 +2,7 @@
 
 use super::calendar;
 use super::format::{Format, Known, Role};
+use super::line_time;
 use super::origin::Origin;
 use crate::DataError;
 use crate::log::{BETWEEN_RUNS_US, Column, Log, LogRow, MAX_SECONDS, run_note, table};
@@ -13,6 +14,7 @@ use std::path::Path;
 const SUBMERGED_M: f64 = 1.0;
 
 const HOUR_US: i64 = 3_600_000_000;
+const DAY_US: i64 = 24 * HOUR_US;
 
 /// How the cells of a table are written.
 #[derive(Clone, Copy)]
@@ -63,9 +65,11 @@ struct Importer<'a> {
     start_us: Option<i64>,
     /// Times are those of a calendar.
     has_date: bool,
-    /// Hours that times without hours have gone through, µs, and the last such time.
-    hours_us: i64,
-    minutes_us: Option<i64>,
+    /// Hours or days that times without them have gone through, µs, and the last such time.
+    passed_us: i64,
+    clock_us: Option<i64>,
+    /// Such times are those within an hour.
+    lacks_hours: bool,
     /// Label and number of the run, and the time at which it begins, µs.
     run: (Vec<u8>, u32, u64),
     /// The row has fewer cells than the header.
@@ -122,8 +126,9 @@ impl<'a> Importer<'a> {
             origin: None,
             start_us: None,
             has_date: false,
-            hours_us: 0,
-            minutes_us: None,
+            passed_us: 0,
+            clock_us: None,
+            lacks_hours: false,
             run: (Vec::new(), 0, 0),
             is_short: false,
             dropped_positions: 0,
@@ -177,6 +182,21 @@ impl<'a> Importer<'a> {
                 Role::Date => {
                     let parsed = calendar::date_days(readable());
                     time.days = Some(parsed.ok_or_else(|| fail(format!("{:?} is not M/D/YYYY", readable())))?);
+                }
+                Role::Instant => {
+                    let unix_us = line_time::instant_us(readable());
+                    let complaint = || fail(format!("{:?} is not yyyy-mm-dd hh:mm:ss", readable()));
+                    time.seconds = Some(unix_us.ok_or_else(complaint)? as f64 * 1e-6);
+                    time.is_epoch = true;
+                }
+                Role::Days(first) => {
+                    let days = number()?.ok_or_else(|| fail("is empty; every row needs its time".to_owned()))?;
+                    let seconds = (days - first) * 86_400.0;
+                    if !(0.0..MAX_SECONDS).contains(&seconds) {
+                        return Err(fail(format!("day {days} is not between 1970 and 2096: another unit?")));
+                    }
+                    time.seconds = Some(seconds);
+                    time.is_epoch = true;
                 }
                 Role::Seconds(_) | Role::Epoch(_) | Role::Arrival => {
                     let factor =
@@ -274,13 +294,11 @@ impl<'a> Importer<'a> {
         let fail = |message: &str| DataError::at(self.path, line, time.cell, format!("{}: {message}", time.name));
         let absolute_us = match (time.seconds, time.day_us, time.minutes_us) {
             (Some(seconds), ..) => (seconds * 1e6).round() as i64,
-            (None, Some(day_us), _) => time.days.unwrap_or(0) * 86_400_000_000 + day_us,
+            (None, Some(day_us), _) if time.days.is_some() => time.days.unwrap_or(0) * DAY_US + day_us,
+            (None, Some(day_us), _) => self.going_on(day_us, DAY_US),
             (None, None, Some(minutes_us)) => {
-                // Half an hour back is the next hour; less is a time that goes back.
-                let is_next_hour = self.minutes_us.is_some_and(|before_us| before_us - minutes_us > HOUR_US / 2);
-                self.hours_us += if is_next_hour { HOUR_US } else { 0 };
-                self.minutes_us = Some(minutes_us);
-                self.hours_us + minutes_us
+                self.lacks_hours = true;
+                self.going_on(minutes_us, HOUR_US)
             }
             (None, None, None) => return Err(fail("is empty; every row needs its time")),
         };
@@ -298,13 +316,21 @@ impl<'a> Importer<'a> {
         }
     }
 
+    /// A clock that starts again: half a turn back is the next turn; less is a time that goes back.
+    fn going_on(&mut self, clock_us: i64, turn_us: i64) -> i64 {
+        let is_next = self.clock_us.is_some_and(|before_us| before_us - clock_us > turn_us / 2);
+        self.passed_us += if is_next { turn_us } else { 0 };
+        self.clock_us = Some(clock_us);
+        self.passed_us + clock_us
+    }
+
     fn finish(mut self) -> Result<Log, DataError> {
         if self.log.rows.is_empty() {
             return Err(DataError::file(self.path, "no rows after the header"));
         }
         self.log.start_unix_us = self.start_us.filter(|_| self.has_date);
         self.log.origin_deg = self.origin.as_ref().map(Origin::degrees);
-        if self.minutes_us.is_some() {
+        if self.lacks_hours {
             self.log.notes.push(
                 "times without hours, as a spreadsheet shows them: where they start again an hour is added, so that gaps \
                  of an hour and more are too short"

@@ -17,8 +17,13 @@ pub(super) enum Role {
     LeftOut,
     /// Seconds at which a ping arrived: the time of the row and the arrival.
     Arrival,
-    /// `HH:MM:SS`, with or without AM and PM; or `MM:SS.s`, as spreadsheets show it, which starts again every hour.
+    /// `HH:MM:SS`, with or without AM and PM, which starts again every day; or `MM:SS.s`, as spreadsheets show it, which
+    /// starts again every hour.
     TimeOfDay,
+    /// `yyyy-mm-dd hh:mm:ss.s`, or with `T` and a zone; the first row is zero.
+    Instant,
+    /// Days since a day that is so many before 1970; the first row is zero.
+    Days(f64),
     /// `M/D/YYYY` or `M/D/YY`.
     Date,
     /// Degrees.
@@ -55,7 +60,7 @@ impl Role {
     /// What it becomes.
     pub(super) const fn name(self) -> &'static str {
         match self {
-            Self::Seconds(_) | Self::Epoch(_) | Self::TimeOfDay => "the time",
+            Self::Seconds(_) | Self::Epoch(_) | Self::TimeOfDay | Self::Instant | Self::Days(_) => "the time",
             Self::Arrival => "the time and toa_s",
             Self::Label(_) => "the number in the label",
             Self::Run => "the number of the run",
@@ -72,7 +77,10 @@ impl Role {
 
     /// Whether it gives a row its time.
     pub(super) const fn is_time(self) -> bool {
-        matches!(self, Self::Seconds(_) | Self::Epoch(_) | Self::Arrival | Self::TimeOfDay)
+        matches!(
+            self,
+            Self::Seconds(_) | Self::Epoch(_) | Self::Arrival | Self::TimeOfDay | Self::Instant | Self::Days(_)
+        )
     }
 }
 

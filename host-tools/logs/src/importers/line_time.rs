@@ -51,6 +51,23 @@ pub(super) fn parse(text: &str) -> LineTime {
     LineTime::None
 }
 
+/// Reads a cell that holds a date and a time, `2026-11-20 12:00:06.5`, or with `T`, and with `Z` or a zone behind it; without
+/// one it is UTC: µs since 1970.
+pub(super) fn instant_us(text: &str) -> Option<i64> {
+    let text = text.trim();
+    let (days, clock) = iso_date(text).filter(|_| text.starts_with(|c: char| c.is_ascii_digit()))?;
+    let end = clock.find(['Z', 'z', '+', '-']).unwrap_or(clock.len());
+    let zone_us = match clock.get(end..)?.trim() {
+        "" | "Z" | "z" => 0,
+        zone => {
+            let digits: String = zone.get(1..)?.chars().filter(|c| *c != ':').collect();
+            let (hours, minutes) = (digits.get(..2)?.parse::<i64>().ok()?, digits.get(2..)?.parse().unwrap_or(0));
+            (hours * 60 + minutes) * 60_000_000 * if zone.starts_with('-') { -1 } else { 1 }
+        }
+    };
+    Some(days * DAY_US as i64 + clock_us(clock.get(..end)?.trim_end())? - zone_us)
+}
+
 /// Days since 1970 of the first `yyyy-mm-dd`, and what follows it.
 fn iso_date(text: &str) -> Option<(i64, &str)> {
     (0..text.len().saturating_sub(9)).find_map(|at| {
@@ -145,6 +162,24 @@ fn nearest(time: TimeOfDay, reference_us: i64) -> i64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn val_instants_in_cells() {
+        const NOON: i64 = 1_795_176_000_000_000; // date -u -d '2026-11-20 12:00' +%s
+        for text in [
+            "2026-11-20 12:00:00",
+            "2026-11-20T12:00:00Z",
+            " 2026-11-20T14:00:00.000+02:00",
+            "2026-11-20 06:30:00-0530",
+            "2026-11-20T13:00:00+01",
+        ] {
+            assert_eq!(instant_us(text), Some(NOON), "{text}");
+        }
+        assert_eq!(instant_us("2026-11-20 12:00:00,25"), Some(NOON + 250_000));
+        for text in ["2026-11-20", "20.11.2026 12:00:00", "t 2026-11-20 12:00:00", "2026-11-20 12:00:00 +x", "", "é"] {
+            assert_eq!(instant_us(text), None, "{text}");
+        }
+    }
 
     #[test]
     fn times_in_front_of_lines() {

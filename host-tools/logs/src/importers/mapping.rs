@@ -3,8 +3,8 @@
 use super::engine::Cells;
 use super::format::{Format, Known, Role};
 use crate::DataError;
-use crate::log::Column;
 use crate::log::units::{self, RAD_PER_DEG, Unit};
+use crate::log::{Column, Source};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -13,6 +13,9 @@ use toml::Spanned;
 
 /// Name of what such a table is.
 pub(super) const NAME: &str = "table by a column mapping";
+
+/// The time of a vehicle log.
+const TIME: &str = "t_s";
 
 /// Of constants alone nothing comes in a table; in a log of messages they stand beside what it has by itself.
 const EMPTY: &str = "[columns] is empty: map at least one column of the vehicle log";
@@ -64,7 +67,8 @@ struct Entry {
 ///
 /// [time]                          # of a table; a ROS 2 bag has its own
 /// column = "Time (ms)"
-/// unit = "ms"                     # s, ms, us, ns, min, h, d, or hms for HH:MM:SS
+/// unit = "ms"                     # s, ms, us, ns, min, h, d; hms for HH:MM:SS, iso for yyyy-mm-dd hh:mm:ss; datenum
+///                                 # (MATLAB), excel: days since year 0, since 1900
 /// base = "epoch"                  # the first row is zero; left out: seconds since the start of the log
 ///
 /// [columns.depth_m]               # a column of the vehicle log, or latitude_deg and longitude_deg
@@ -181,10 +185,48 @@ impl ColumnMap {
         if self.format.columns.iter().all(|known| known.role.is_time()) {
             return Err(DataError::file(&self.path, EMPTY));
         }
-        match self.format.columns.iter().any(|known| known.role.is_time()) {
+        match self.has_time() {
             true => Ok(()),
             false => Err(DataError::file(&self.path, "missing [time]: the column of a table that has the time")),
         }
+    }
+
+    /// Of a vehicle log, whose other columns stay as they are: the same, with those.
+    pub(super) fn beside(&self, header: &[&str]) -> Self {
+        let mut whole = self.clone();
+        let is_mapped = |column: Column| {
+            self.format.columns.iter().any(|known| matches!(known.role, Role::Sample { column: c, .. } if c == column))
+        };
+        whole.format.columns.extend(header.iter().filter_map(|name| {
+            let role = match Column::from_name(name) {
+                Some(column) if !is_mapped(column) => Role::Sample { column, scale: 1.0, offset: 0.0 },
+                None if *name == TIME => Role::Seconds(1.0),
+                _ => return None,
+            };
+            Some(Known { name: (*name).to_owned(), role })
+        }));
+        whole
+    }
+
+    /// What each column of the log is made of.
+    pub(super) fn sources(&self) -> BTreeMap<Column, Source> {
+        let of = |known: &Known| match known.role {
+            Role::Sample { column, scale, offset } => {
+                Some((column, Source { name: known.name.clone(), scale, offset }))
+            }
+            _ => None,
+        };
+        self.format.columns.iter().filter_map(of).collect()
+    }
+
+    /// The column that has the time.
+    pub(super) fn time_column(&self) -> Option<String> {
+        self.format.columns.iter().find(|known| known.role.is_time()).map(|known| known.name.clone())
+    }
+
+    /// Whether it says which column of a table has the time.
+    pub(super) fn has_time(&self) -> bool {
+        self.format.columns.iter().any(|known| known.role.is_time())
     }
 
     /// Columns of the table and what they become.
@@ -201,6 +243,14 @@ impl ColumnMap {
     }
 }
 
+/// Times by a clock or a calendar. A MATLAB datenum counts from year 0, a spreadsheet from 1900, with a leap day too many.
+const CALENDAR: [(&str, Role); 4] = [
+    ("hms", Role::TimeOfDay),
+    ("iso", Role::Instant),
+    ("datenum", Role::Days(719_529.0)),
+    ("excel", Role::Days(25_569.0)),
+];
+
 /// What is wrong and where.
 type Complaint = (Range<usize>, String);
 
@@ -214,8 +264,10 @@ fn time_role(time: &TimeEntry) -> Result<Role, Complaint> {
             return Err((base.span(), message));
         }
     };
-    if time.unit.as_ref().is_some_and(|unit| unit.get_ref() == "hms") {
-        return Ok(Role::TimeOfDay);
+    if let Some((_, role)) =
+        time.unit.as_ref().and_then(|unit| CALENDAR.iter().find(|(known, _)| known == unit.get_ref()))
+    {
+        return Ok(*role);
     }
     let factor = factor("time", time.unit.as_ref(), units::TIME.iter())?;
     Ok(if is_epoch { Role::Epoch(factor) } else { Role::Seconds(factor) })
@@ -274,8 +326,9 @@ fn factor(
     let all = units.clone();
     units.find(|(known, _)| known == unit.get_ref()).map(|(_, factor)| *factor).ok_or_else(|| {
         let known: Vec<&str> = all.map(|(known, _)| *known).collect();
-        let also = if name == "time" { ", hms" } else { "" };
-        (unit.span(), format!("{name}.unit: {:?}; expected one of {}{also}", unit.get_ref(), known.join(", ")))
+        let also = CALENDAR.iter().map(|(known, _)| *known).filter(|_| name == "time");
+        let known: Vec<&str> = known.into_iter().chain(also).collect();
+        (unit.span(), format!("{name}.unit: {:?}; expected one of {}", unit.get_ref(), known.join(", ")))
     })
 }
 
@@ -303,6 +356,31 @@ mod tests {
         assert_eq!(log.rows[0].get(Column::DvlU), Some(1.0));
         assert_eq!(log.rows[1].get(Column::DvlU), None);
         assert!(log.notes.iter().any(|note| note.starts_with("dropped Rest")), "{:?}", log.notes);
+    }
+
+    /// Two rows at midnight, a second apart, each as another program writes them.
+    #[test]
+    fn val_times_of_a_calendar() {
+        const START_US: i64 = 1_795_219_199_000_000; // date -u -d '2026-11-20 23:59:59' +%s
+        for (unit, first, second, start_us) in [
+            ("iso", "2026-11-20 23:59:59", "2026-11-21T00:00:00Z", Some(START_US)),
+            ("datenum", "740306.999988426", "740307.0", Some(START_US)), // datenum(2026,11,20,23,59,59)
+            ("excel", "46346.999988426", "46347.0", Some(START_US)),
+            ("hms", "23:59:59", "00:00:00", None),
+            ("hms", "11:59:59 PM", "12:00:00 AM", None),
+        ] {
+            let folder = tempfile::tempdir().unwrap();
+            let path = folder.path().join("t.csv");
+            std::fs::write(&path, format!("Datum;Tiefe\n{first};1\n{second};2\n")).unwrap();
+            let text = format!(
+                "separator = \";\"\n[time]\ncolumn = \"Datum\"\nunit = \"{unit}\"\n[columns.depth_m]\ncolumn = \"Tiefe\"\n"
+            );
+            let log = super::super::read_mapped(&path, &map(&text).unwrap()).unwrap().log;
+            let near = |a: i64, b: i64| (a - b).abs() < 100; // µs: a day in a double has 10
+            assert!(near(log.rows[1].time_us as i64, 1_000_000), "{unit}: {}", log.rows[1].time_us);
+            assert_eq!(log.rows[0].time_us, 0);
+            assert!(start_us.is_none_or(|start_us| near(log.start_unix_us.unwrap(), start_us)), "{unit}");
+        }
     }
 
     #[test]

@@ -230,8 +230,13 @@ pub fn read_mapped(path: &Path, map: &ColumnMap) -> Result<Imported, DataError> 
     if let Some((_, read)) = other_than_table(path).map_err(instead)? {
         return read(path, Some(map));
     }
+    let header = header(path)?;
+    let names: Vec<&str> = header.trim().split(char::from(map.cells().separator)).map(unquoted).collect();
+    let completed = (!map.has_time()).then(|| map.beside(&names));
+    let map = completed.as_ref().unwrap_or(map);
     map.check_table()?;
-    let log = engine::read(path, map.format(), map.cells()).map_err(instead)?;
+    let mut log = engine::read(path, map.format(), map.cells()).map_err(instead)?;
+    (log.sources, log.time_column) = (Some(map.sources()), map.time_column());
     noted(path, Imported { format: mapping::NAME, log })
 }
 

@@ -212,8 +212,10 @@ pub struct Log {
     pub unused_columns: Vec<String>,
     /// What its fixes are, where they are an estimate and not a measurement: `NAV_X, NAV_Y`.
     pub estimated_fixes: Option<String>,
-    /// Of a log of messages, the number that each column was read from; `None` of a table.
+    /// Of a log of messages, and of a table read by a mapping, the number that each column was read from.
     pub sources: Option<BTreeMap<Column, Source>>,
+    /// The column of a table that has the time, where a mapping names it.
+    pub time_column: Option<String>,
     /// Of a log of messages, the numbers that nothing was read from, as a mapping names them.
     pub unread_numbers: Vec<String>,
 }

@@ -10,7 +10,7 @@ mod text;
 use super::{ColumnMap, read_mapped};
 use crate::DataError;
 use crate::log::plausibility::Examination;
-use crate::log::table;
+use crate::log::{Log, table};
 use csv::{ByteRecord, ReaderBuilder, Trim};
 use entry::{Entry, Frames};
 use seen::Seen;
@@ -96,7 +96,9 @@ fn draft_of(path: &Path) -> Result<Draft, DataError> {
 /// The tests of columns on the table as a draft reads it.
 fn examined(path: &Path, text: &str) -> Result<Examination, DataError> {
     let map = ColumnMap::parse(text, Path::new("the draft"))?;
-    Ok(Examination::of(&read_mapped(path, &map)?.log))
+    // the draft mends columns of the log, whatever they are called in the table
+    let log = Log { sources: None, ..read_mapped(path, &map)?.log };
+    Ok(Examination::of(&log))
 }
 
 /// The columns by the header and the first rows.

@@ -216,13 +216,17 @@ impl Seen {
         if !self.is_number() {
             let calendar = crate::importers::calendar::time_us(&self.sample);
             let is_clock = calendar.or(crate::importers::calendar::minutes_us(&self.sample)).is_some();
-            return is_clock.then_some(("hms", "start"));
+            let is_instant = crate::importers::line_time::instant_us(&self.sample).is_some();
+            return if is_instant { Some(("iso", "epoch")) } else { is_clock.then_some(("hms", "start")) };
         }
         let first = self.first?;
         let span = (self.last - first) / self.numbers.max(2) as f64;
         let stated = self.unit.filter(|unit| units::TIME.iter().any(|(known, _)| known == unit));
         // nanoseconds, microseconds, milliseconds, seconds since 1970, then by the time between two rows
         let (unit, base) = match (first, span) {
+            // days of this century in MATLAB and in spreadsheets, where rows are seconds apart
+            (f, s) if (730_000.0..800_000.0).contains(&f) && s < SECONDS_IN_DAYS => ("datenum", "epoch"),
+            (f, s) if (36_000.0..73_000.0).contains(&f) && s < SECONDS_IN_DAYS => ("excel", "epoch"),
             (f, _) if f > 1e17 => ("ns", "epoch"),
             (f, _) if f > 1e14 => ("us", "epoch"),
             (f, _) if f > 1e11 => ("ms", "epoch"),
@@ -235,6 +239,9 @@ impl Seen {
         Some((stated.unwrap_or(unit), base))
     }
 }
+
+/// Twenty seconds, d.
+const SECONDS_IN_DAYS: f64 = 20.0 / 86_400.0;
 
 /// Whether it is a command of a fin, a propeller or a thruster.
 pub(super) fn is_actuator(target: &str) -> bool {

@@ -48,7 +48,7 @@ impl Parts<'_> {
                 let is_sure = column.unit == Some(unit) || base == "epoch" || unit == "hms";
                 text += if is_sure { "# sure: by its name and size\n" } else { "# check: its name states no unit\n" };
                 let _ = writeln!(text, "column = {}  # {}", quoted(&column.name), column.range());
-                let _ = writeln!(text, "unit = \"{unit}\"  # s, ms, us, ns, min, h, or hms");
+                let _ = writeln!(text, "unit = \"{unit}\"  # s, ms, us, ns, min, h, d, hms, iso, datenum or excel");
                 let _ = writeln!(text, "base = \"{base}\"  # start, or epoch: the first row is zero");
             }
             None => text += "column = \"?\"  # no column looks like a time: name it here\nunit = \"s\"\n",

@@ -70,9 +70,9 @@ const LONGEST_GAP_S: f64 = 600.0;
 /// Columns of sensors that are read all the time.
 const MOVING: [Column; 5] = [Column::Depth, Column::Heading, Column::DvlU, Column::SpeedLog, Column::PropRpm];
 
-/// Medians of so many samples on either side, which are not further apart than this, s, differ by more than this, m, and by
-/// more than the fastest dive makes, m/s.
-const LEAP_SAMPLES: usize = 5;
+/// Medians of so many samples on either side of a step, which is not longer than this, s, differ by more than this, m, and
+/// by more than the fastest dive makes, m/s; those of more samples differ as well.
+const LEAP_SAMPLES: (usize, usize) = (5, 25);
 const LONGEST_LEAP_S: f64 = 2.0;
 const LEAP_M: f64 = 1.5;
 const FASTEST_DIVE_MPS: f64 = 2.0;
@@ -184,19 +184,23 @@ fn jumps(log: &Log, column: Column) -> Option<Finding> {
 fn leap(log: &Log) -> Option<Finding> {
     let samples: Vec<(u64, f64)> = log.column(Column::Depth).collect();
     let median = |range: &[(u64, f64)]| percentile(&range.iter().map(|sample| sample.1).collect::<Vec<_>>(), 0.5);
-    (LEAP_SAMPLES..samples.len().saturating_sub(LEAP_SAMPLES)).find_map(|at| {
+    let (near, far) = LEAP_SAMPLES;
+    (far..samples.len().saturating_sub(far)).find_map(|at| {
         let [(before_us, before_m), (at_us, at_m)] = [samples[at - 1], samples[at]];
         let step_s = (at_us - before_us) as f64 * 1e-6;
         if step_s > LONGEST_LEAP_S || (at_m - before_m).abs() < LEAP_M {
             return None;
         }
-        let [from, to] = [&samples[at - LEAP_SAMPLES..at], &samples[at..at + LEAP_SAMPLES]];
-        let span_s = (to[LEAP_SAMPLES / 2].0 - from[LEAP_SAMPLES / 2].0) as f64 * 1e-6;
-        let leap_m = median(to)? - median(from)?;
-        (leap_m.abs() > LEAP_M + FASTEST_DIVE_MPS * span_s).then(|| {
+        let leap_m = |count: usize| Some(median(&samples[at..at + count])? - median(&samples[at - count..at])?);
+        let span_s = (samples[at + near / 2].0 - samples[at - near / 2 - 1].0) as f64 * 1e-6;
+        let leaps = leap_m(near)?.abs() > LEAP_M + FASTEST_DIVE_MPS * span_s;
+        // outliers may crowd, but not for long
+        let stays = leap_m(far)? / leap_m(near)? > 0.5;
+        (leaps && stays).then(|| {
             let message = format!(
-                "depth_m leaps by {leap_m:.1} m at {:.0} s, within {step_s:.1} s, and stays there: its unit or its zero was \
+                "depth_m leaps by {:.1} m at {:.0} s, within {step_s:.1} s, and stays there: its unit or its zero was \
                  changed, or two logs were joined",
+                at_m - before_m,
                 at_us as f64 * 1e-6
             );
             Finding::suspicious(Column::Depth, message)

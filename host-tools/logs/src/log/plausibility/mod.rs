@@ -128,7 +128,7 @@ impl Examination {
             findings.extend(contradictions);
         }
         if let Some(sources) = &log.sources {
-            findings.iter_mut().for_each(|finding| sources::name(finding, sources));
+            findings.iter_mut().for_each(|finding| sources::name(finding, sources, log.time_column.as_deref()));
         }
         findings.sort_by_key(|finding| std::cmp::Reverse(finding.severity));
         Self { span_s: log.duration_s(), columns, findings, untested, holding }

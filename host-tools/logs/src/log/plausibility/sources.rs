@@ -1,4 +1,5 @@
-//! Lines that mend a log of messages: they name the number that a column was read from, and hold its unit.
+//! Lines that mend a log of messages, or a table that is read by a mapping: they name the number that a column was read
+//! from, and hold its unit and sign.
 
 use super::{Finding, MENDED_BY};
 use crate::log::units;
@@ -6,8 +7,14 @@ use crate::log::{Column, Source};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
-/// Puts the numbers of the messages in the place of the columns.
-pub(super) fn name(finding: &mut Finding, sources: &BTreeMap<Column, Source>) {
+/// Puts the numbers of the messages, or the columns of the table and that of its time, in the place of the columns.
+pub(super) fn name(finding: &mut Finding, sources: &BTreeMap<Column, Source>, time: Option<&str>) {
+    if let (None, Some(time)) = (finding.column, time) {
+        let named = |text: &str| text.replace("column = \"t_s\"", &format!("column = {}", toml::Value::from(time)));
+        finding.message = named(&finding.message);
+        finding.mend = finding.mend.as_deref().map(named);
+        return;
+    }
     if let Some((said, tail)) = finding.message.clone().rsplit_once(MENDED_BY) {
         let mends = tail.split(" or columns.").enumerate();
         let lines = mends.map(|(place, text)| if place == 0 { text.to_owned() } else { format!("columns.{text}") });
@@ -18,7 +25,7 @@ pub(super) fn name(finding: &mut Finding, sources: &BTreeMap<Column, Source>) {
             (true, None) => format!("{said}; no mapping changes the times of a log of messages"),
             (true, Some(column)) => {
                 let name = column.name();
-                format!("{said}; no line mends {name} here: it is not one number of a message, or no mapping reads it")
+                format!("{said}; no line mends {name} here: it is not read from one number, or no mapping reads it")
             }
         };
     }
@@ -105,12 +112,15 @@ mod tests {
     fn what_a_mapping_cannot_say_is_told() {
         let mut finding = Finding::suspicious(Column::GpsX, "mirrored")
             .mended_by("columns.gps_x_m = { column = \"gps_x_m\", sign = -1 }".to_owned());
-        name(&mut finding, &sources());
+        name(&mut finding, &sources(), None);
         assert!(finding.mend.is_none() && finding.message.starts_with("mirrored; no line mends gps_x_m here"));
         let time = "time = { column = \"t_s\", unit = \"min\" }";
         let mut finding =
             Finding { column: None, ..Finding::suspicious(Column::GpsX, "slow").mended_by(time.to_owned()) };
-        name(&mut finding, &sources());
+        let mut of_table = finding.clone();
+        name(&mut of_table, &sources(), Some("Zeit"));
+        assert_eq!(of_table.message, "slow; mended by time = { column = \"Zeit\", unit = \"min\" }");
+        name(&mut finding, &sources(), None);
         assert_eq!(finding.message, "slow; no mapping changes the times of a log of messages");
     }
 }

@@ -277,7 +277,7 @@ fn a_mistake_in_a_part_of_a_log_is_said_with_its_time() {
 #[test]
 fn a_depth_that_leaps_and_stays_is_told_and_one_reading_is_not() {
     let moved = messages(&with_from(Column::Depth, 300.0, |depth| depth + 4.0));
-    assert!(moved.contains("depth_m leaps by 4.4 m at 300 s"), "{moved}");
+    assert!(moved.contains("depth_m leaps by 4.1 m at 300 s"), "{moved}");
     let mut log = good();
     log.rows[1500].set(Column::Depth, 40.0);
     assert_eq!(messages(&log), "");

@@ -100,8 +100,8 @@ const fn value(before: State, after: State) -> i32 {
 
 /// Sizes that a relation leaves open where it holds, by its name: any that it expects, which its evidence states.
 const LEFT_OPEN: [(&str, &str); 2] = [
-    ("propeller against speed, size", "size of prop_rpm within what is expected"),
-    ("depth against pitch", "size of depth_m within what is expected"),
+    ("propeller against speed, size", "a factor of prop_rpm within what is expected"),
+    ("depth against pitch", "a factor of depth_m within what is expected"),
 ];
 
 /// What a log says of how its columns were recorded.
@@ -182,8 +182,11 @@ pub(super) fn check(log: &Log, odd: &[Column], headings: &[Mend], is_doubted: im
         heading: tests.heading.as_ref(),
     };
     let change = parts::check(&grid, &tested, &search);
-    tests.findings = search.explain(grid, tested);
-    if let Some(change) = change {
+    let (findings, mended, tested) = search.explain(grid, tested);
+    // a mistake of the whole log may leave a part in which a relation holds by chance: mended, it holds in both
+    let is_whole = findings.iter().any(|finding| finding.mend.is_some()) && !parts::differ(&mended, &tested);
+    tests.findings = findings;
+    if let Some(change) = change.filter(|_| !is_whole) {
         // what two recordings together contradict says nothing of either
         tests.findings.retain(|finding| finding.column.is_none_or(|column| !change.columns.contains(&column)));
         tests.findings.extend(change.findings);
@@ -219,8 +222,8 @@ struct Search<'a> {
 }
 
 impl Search<'_> {
-    /// The mistakes that explain what is contradicted, and what none explains.
-    fn explain(&self, mut grid: Grid, mut tested: Vec<Tested>) -> Vec<Finding> {
+    /// The mistakes that explain what is contradicted, and what none explains; the log without these mistakes.
+    fn explain(&self, mut grid: Grid, mut tested: Vec<Tested>) -> (Vec<Finding>, Grid, Vec<Tested>) {
         let mut findings: Vec<Finding> = Vec::new();
         let mut done: Vec<Mend> = self.heading.into_iter().cloned().collect();
         // an angle that is counted from elsewhere rests there
@@ -301,7 +304,7 @@ impl Search<'_> {
         if outcome.state == State::Contradicted && !is_blamed {
             findings.push(slips_inwards(&outcome));
         }
-        findings
+        (findings, grid, tested)
     }
 }
 

@@ -49,18 +49,24 @@ impl Parted {
     }
 }
 
+/// The cut of some at which most relations differ, the middle one of equals, if any do.
+fn most(grid: &Grid, whole: &[Tested], shares: &[f64]) -> Option<(f64, Parted)> {
+    let of = |share: &f64| Some((*share, Parted::of(grid, whole, *share)?));
+    let mut all: Vec<(f64, Parted)> = shares.iter().filter_map(of).collect();
+    let most = all.iter().map(|(_, parted)| parted.differing.len()).max().filter(|most| *most > 0)?;
+    all.retain(|(_, parted)| parted.differing.len() == most);
+    Some(all.swap_remove((all.len() - 1) / 2))
+}
+
 /// Whether relations hold in one part of a log and are contradicted in the other.
+pub(super) fn differ(grid: &Grid, whole: &[Tested]) -> bool {
+    most(grid, whole, &CUTS).is_some()
+}
+
+/// What was recorded otherwise in a part of a log, where relations differ.
 pub(super) fn check(grid: &Grid, whole: &[Tested], search: &Search<'_>) -> Option<Change> {
-    // of equals the one in the middle
-    let most = |shares: &[f64]| {
-        let of = |share: &f64| Some((*share, Parted::of(grid, whole, *share)?));
-        let mut all: Vec<(f64, Parted)> = shares.iter().filter_map(of).collect();
-        let most = all.iter().map(|(_, parted)| parted.differing.len()).max().filter(|most| *most > 0)?;
-        all.retain(|(_, parted)| parted.differing.len() == most);
-        Some(all.swap_remove((all.len() - 1) / 2))
-    };
-    let (share, _) = most(&CUTS)?;
-    let (_, Parted { at, grids, tested, differing }) = most(&FINER.map(|more| share + more))?;
+    let (share, _) = most(grid, whole, &CUTS)?;
+    let (_, Parted { at, grids, tested, differing }) = most(grid, whole, &FINER.map(|more| share + more))?;
     let is_contradicted = |side: usize, place: &usize| tested[side][*place].is(State::Contradicted);
     let contradicted = [0, 1].map(|side| differing.iter().filter(|place| is_contradicted(side, place)).count());
     let bad = usize::from(contradicted[1] >= contradicted[0]);
@@ -70,7 +76,7 @@ pub(super) fn check(grid: &Grid, whole: &[Tested], search: &Search<'_>) -> Optio
         1 => (format!("from about {at_s:.0} s on"), "before that"),
         _ => (format!("until about {at_s:.0} s"), "after that"),
     };
-    let explained = {
+    let (explained, ..) = {
         let [first, second] = grids;
         let [of_first, of_second] = tested;
         if bad == 1 { search.explain(second, of_second) } else { search.explain(first, of_first) }
