@@ -140,7 +140,7 @@ fn write(
 
 /// How it was asked for, for the next command.
 fn options(args: &Args, read: &ReadLog) -> Options {
-    let path = |name: &str, path: &PathBuf| format!(" --{name} {}", path.display());
+    let path = |name: &str, path: &PathBuf| format!(" --{name} {}", backseat_report::word(path));
     let with = args.with.iter().map(|with| path("with", with));
     let run = args.run.map(|run| format!(" --run {run}"));
     let truth = args.truth.as_ref().map(|truth| path("truth", truth));

@@ -5,7 +5,7 @@ use backseat_analysis::navigate::Trial;
 use backseat_analysis::read_log::ReadLog;
 use backseat_analysis::refusal;
 use backseat_logs::VehicleFile;
-use backseat_report::console;
+use backseat_report::{console, word};
 use std::path::{Path, PathBuf};
 
 /// How a log is to be read.
@@ -92,8 +92,8 @@ impl Beside {
 
     /// The same for the next command, each with a space before it.
     pub fn options(&self) -> String {
-        let ship = self.ship.iter().map(|path| format!(" --ship {}", path.display()));
-        let modem = self.modem.iter().map(|path| format!(" --modem {}", path.display()));
+        let ship = self.ship.iter().map(|path| format!(" --ship {}", word(path)));
+        let modem = self.modem.iter().map(|path| format!(" --modem {}", word(path)));
         let origin = self.origin.iter().map(|[latitude, longitude]| format!(" --origin {latitude},{longitude}"));
         ship.chain(modem).chain(origin).collect()
     }

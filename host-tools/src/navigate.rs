@@ -9,6 +9,7 @@ use backseat_analysis::read_log::ReadLog;
 use backseat_analysis::uses;
 use backseat_core::navigation::Area;
 use backseat_logs::{DataError, Truth, VehicleFile};
+use backseat_report::word;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use std::path::PathBuf;
 
@@ -123,7 +124,7 @@ pub fn run(args: &Args) -> anyhow::Result<Outcome> {
 
 /// What to do about a track that is not to be trusted, and the command.
 fn next(args: &Args, read: &ReadLog) -> Option<(&'static str, String)> {
-    let (log, options) = (args.log.display(), &read.options);
+    let (log, options) = (word(&args.log), &read.options);
     if read.examination.suspicions().next().is_some() {
         return Some(("Which columns contradict physics:", format!("backseat info {log}{options}")));
     }
@@ -131,7 +132,7 @@ fn next(args: &Args, read: &ReadLog) -> Option<(&'static str, String)> {
     let is_diagnosed = uses::of(&read.log).iter().any(|of| of.command == "diagnose" && of.possible);
     (args.terms.is_none() && is_diagnosed).then(|| {
         let path = |name: &str, path: &Option<PathBuf>| {
-            path.as_ref().map_or_else(String::new, |path| format!(" --{name} {}", path.display()))
+            path.as_ref().map_or_else(String::new, |path| format!(" --{name} {}", word(path)))
         };
         let (vehicle, truth) = (path("vehicle", &args.vehicle), path("truth", &args.truth));
         let beside = args.beside.options();

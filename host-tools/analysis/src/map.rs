@@ -30,8 +30,8 @@ pub fn report(draft: &Draft, table: &Path, out: Option<&Path>) -> Report {
     if let Some(out) = out {
         report = report.section("Next").text("Read it, then:").command(&format!(
             "backseat info {} --columns {}",
-            table.display(),
-            out.display()
+            backseat_report::word(table),
+            backseat_report::word(out)
         ));
     }
     report

@@ -40,7 +40,7 @@ impl ReadLog {
             })?,
         };
         let mut read = Self::new(imported);
-        read.options = map.map_or_else(String::new, |map| format!(" --columns {}", map.display()));
+        read.options = map.map_or_else(String::new, |map| format!(" --columns {}", backseat_report::word(map)));
         read.read_s = began.elapsed().as_secs_f64();
         Ok(read)
     }

@@ -13,11 +13,12 @@ pub fn of(read: &ReadLog, command: &str) -> Option<Report> {
         return None;
     }
     let file = read.log.path.display();
+    let word = backseat_report::word(&read.log.path);
     let reasons: Vec<String> = found.iter().map(|finding| finding.message.clone()).collect();
     let answer = format!("{file}: refused, for it contradicts physics. Nothing was computed or written");
     let next = format!(
-        "`backseat info {file}{}` shows the whole examination. With the lines in a mapping (`backseat map` drafts one), \
-         --columns MAP.toml reads the log as it should be; --force goes on with it as it is.",
+        "`backseat info {word}{}` shows the whole examination. The lines that mend, written to MAP.toml, are a mapping: \
+         --columns MAP.toml reads the log by them. --force goes on with it as it is.",
         read.options
     );
     let report = Report::new(format!("{command} of {file}"), answer).warnings(&reasons).section("Next").text(&next);

@@ -13,9 +13,9 @@ fn visible(text: &str) -> String {
     text.chars().map(printable).collect()
 }
 
-/// Writes a line to stderr.
+/// Writes a line to stderr; whether anybody reads it is not this program's care.
 pub fn say(line: &str) {
-    eprintln!("{}", visible(line));
+    let _ = writeln!(io::stderr(), "{}", visible(line));
 }
 
 /// Writes to stdout; a reader that has gone (`| head`) is no failure.

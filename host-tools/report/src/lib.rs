@@ -28,8 +28,10 @@ pub mod markdown;
 mod palette;
 pub mod plots;
 mod report;
+mod shell;
 mod table;
 mod text;
 
 pub use report::{Provenance, Report};
+pub use shell::word;
 pub use table::Table;

@@ -11,6 +11,7 @@ use backseat_analysis::uses;
 use backseat_core::identification::Scale;
 use backseat_identify::Method;
 use backseat_logs::VehicleFile;
+use backseat_report::word;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use std::path::{Path, PathBuf};
 
@@ -103,21 +104,20 @@ fn next(
     found: &IdentificationResult,
     file: Option<&Path>,
 ) -> Option<(&'static str, String)> {
-    let (log, options) = (read.log.path.display(), &read.options);
+    let (log, options) = (word(&read.log.path), &read.options);
     let can = |command: &str| uses::of(&read.log).iter().any(|of| of.command == command && of.possible);
     match file {
         Some(file) => can("navigate").then(|| {
-            let command = format!("backseat navigate {log}{options} --vehicle {}", file.display());
+            let command = format!("backseat navigate {log}{options} --vehicle {}", word(file));
             ("The track with the vehicle that was identified:", command)
         }),
         None if found.vehicle().is_some() => {
-            let asked: Vec<String> = std::env::args().skip(1).collect();
+            let asked: Vec<String> = std::env::args_os().skip(1).map(|asked| word(Path::new(&asked))).collect();
             let command = format!("backseat {} --out identified.toml", asked.join(" "));
             Some(("The same again keeps the vehicle that was identified:", command))
         }
         None => can("diagnose").then(|| {
-            let declared =
-                args.vehicle.as_ref().map_or_else(String::new, |file| format!(" --vehicle {}", file.display()));
+            let declared = args.vehicle.as_ref().map_or_else(String::new, |file| format!(" --vehicle {}", word(file)));
             ("What the declared vehicle lacks, by name:", format!("backseat diagnose {log}{options}{declared}"))
         }),
     }

@@ -96,7 +96,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let path = args.out.display().to_string();
     let report = Report::new("A new vehicle", format!("written: {path}"))
         .table(known)
-        .text(&format!("next: backseat vehicle check {path}"))
+        .text(&format!("next: backseat vehicle check {}", backseat_report::word(&args.out)))
         .value("vehicle_file", path)
         .value("from", file.name)
         .value("scaled", is_scaled)

@@ -234,7 +234,7 @@ fn lower(text: &str) -> String {
 
 /// The next command, and what it brings. A figure is promised of no other command: each judges by another measure.
 pub fn next(result: &DiagnosisResult<'_>, files: &Files<'_>) -> (String, String) {
-    let log = result.log.path.display();
+    let log = backseat_report::word(&result.log.path);
     let d = &result.diagnosis;
     let Options { read, beside, judge, vehicle, is_navigable } = &files.options;
     let is_navigable = *is_navigable && beside.is_empty();
@@ -248,11 +248,11 @@ pub fn next(result: &DiagnosisResult<'_>, files: &Files<'_>) -> (String, String)
             (format!("backseat info {log}{read}"), why.to_owned())
         }
         (Some(file), _) if is_navigable => (
-            format!("backseat navigate {log}{read} --vehicle {}{judge}", file.display()),
+            format!("backseat navigate {log}{read} --vehicle {}{judge}", backseat_report::word(file)),
             "the track with the vehicle as it was found".to_owned(),
         ),
         (Some(file), _) => (
-            format!("backseat vehicle check {}", file.display()),
+            format!("backseat vehicle check {}", backseat_report::word(file)),
             "the vehicle file with what was found in it".to_owned(),
         ),
         (None, _) => (

@@ -127,8 +127,11 @@ pub fn report(result: &RunsResult, log: &Log, vehicle_file: Option<&Path>) -> an
     report = report.everywhere().section("Notes").notes(&result.notes);
     report = report.file("vehicle_file", vehicle_file);
     if let Some(path) = vehicle_file {
-        let command = format!("backseat diagnose FOLDER --vehicle {} --predict 20", path.display());
-        report = report.section("Next").text("Judge the vehicle file on runs that it has not seen:").command(&command);
+        let command = format!("backseat diagnose FOLDER --vehicle {} --predict 20", backseat_report::word(path));
+        report = report
+            .section("Next")
+            .text("Judges the vehicle file on runs that it has not seen; FOLDER is that of such runs:")
+            .command(&command);
     }
     Ok(provenance::of(values(report, result), None))
 }

@@ -99,7 +99,7 @@ pub fn table(flown: &Flown) -> Option<Table> {
 
 /// The command that asks the same of the flight's log.
 pub fn command(flown: &Flown) -> String {
-    let file = |name: &str| flown.folder.join(name).display().to_string();
+    let file = |name: &str| backseat_report::word(&flown.folder.join(name));
     let no_dvl = if flown.scenario.settings.backseat.dvl { "" } else { " --no-dvl" };
     format!("backseat diagnose {} --vehicle {}{no_dvl}", file("log.csv"), file(VEHICLE))
 }
