@@ -330,12 +330,17 @@ class Flight:
         return f"<Flight {self.folder}: {self.summary['ending']}>"
 
 
-def _log(log: Union[Log, PathLike, Mapping[str, ArrayLike]]) -> "_backseat.Log":
+def _log(log: Union[Log, PathLike, Mapping[str, ArrayLike]], force: bool) -> "_backseat.Log":
     if isinstance(log, Log):
-        return log._inner
-    if isinstance(log, (str, os.PathLike)):
-        return read(log)._inner
-    return Log.from_columns(log)._inner
+        inner = log._inner
+    elif isinstance(log, (str, os.PathLike)):
+        inner = read(log)._inner
+    else:
+        inner = Log.from_columns(log)._inner
+    if inner.suspicions and not force:
+        reasons = "; ".join(inner.suspicions)
+        raise ValueError(f"{inner.path}: refused, for it contradicts physics: {reasons} (force=True takes it as it is)")
+    return inner
 
 
 def _trial(
@@ -401,11 +406,12 @@ def navigate(
     ``ship``: the log of the ship's GNSS (NMEA with RMC and GGA), ``modem``: that of the vehicle's modem, of the ship's,
     or of both, joined by time; ``origin_deg``: latitude and longitude of the origin of a vehicle's log that has
     positions in metres alone. ``terms``: a file of terms that :func:`diagnose` proposed, taken out of the readings.
-    ``learn``: a file for the vehicle with what this dive has shown of it. ``report``: a folder for report.html.
+    ``learn``: a file for the vehicle with what this dive has shown of it. ``report``: a folder for report.html. ``force``:
+    take a log that contradicts physics, which is refused otherwise, and write over files that are there.
     """
     switches = [not dvl, not range_rate, current, packet, smooth]
     text, track, smoothed, page, found = _backseat.navigate(
-        _log(log), _vehicle(vehicle), _optional_file(truth), model, switches, (water, float(receiver_bias_m)),
+        _log(log, force), _vehicle(vehicle), _optional_file(truth), model, switches, (water, float(receiver_bias_m)),
         _trial(ship, modem, origin_deg), _optional_file(terms), report is not None,
     )
     learnt = None if found is None else Vehicle(found[0])
@@ -436,10 +442,10 @@ def identify(
     ``vehicle``: the prior; the built-in reference if left out. ``method``: "auto", "aid", "aid-online", "iv"
     or "output-error". ``validate``: another log to be judged on; the last fifth of the same if left out. ``scale``:
     the parameter taken as known, "m11" or "beta5". ``current_mps``: water current north and east; the vehicle file's if
-    left out. ``report``: a folder for report.html and vehicle.toml.
+    left out. ``report``: a folder for report.html and vehicle.toml. ``force``: as for :func:`navigate`.
     """
     text, found, page = _backseat.identify(
-        _log(log), _vehicle(vehicle), None if validate is None else _log(validate), method, scale, cross_drag,
+        _log(log, force), _vehicle(vehicle), None if validate is None else _log(validate, force), method, scale, cross_drag,
         [] if current_mps is None else [float(value) for value in current_mps], report is not None,
     )
     identified = None if found is None else Vehicle(found)
@@ -470,14 +476,14 @@ def diagnose(
     ``with_``: logs of the same time base, joined to the first; runs join by their labels. ``run``: one run alone, of a
     table that holds several, counted from 1. ``ship``, ``modem``, ``origin_deg``: what a trial leaves behind, as for
     :func:`navigate`. ``report``: a folder for report.html and vehicle.toml, and for proposed_terms.toml if terms were
-    proposed.
+    proposed. ``force``: as for :func:`navigate`.
 
     ``log`` may be a folder of short runs of a torpedo without fixes; ``truth``, ``dvl`` and the figures need fixes.
     """
     if report is not None:
         Path(report).mkdir(parents=True, exist_ok=True)
     text, sentence, vehicle_found, page, figures = _backseat.diagnose(
-        _log(log), _vehicle(vehicle), _optional_file(truth), not dvl, [_log(other) for other in with_], run,
+        _log(log, force), _vehicle(vehicle), _optional_file(truth), not dvl, [_log(other, force) for other in with_], run,
         _trial(ship, modem, origin_deg), _fspath(report), force,
     )
     found = Vehicle(vehicle_found)

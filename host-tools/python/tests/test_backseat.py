@@ -192,12 +192,16 @@ class WrongInput(unittest.TestCase):
     def test_errors_say_what_is_wrong(self):
         scenario = ROOT / "hil-sim/scenarios/survey.toml"
         light = backseat.Vehicle().replace({"vehicle.displaced_mass_kg": 60.0})
+        dive = backseat.read(DIVE).columns
+        mirrored = backseat.Log.from_columns({**dive, "pitch_rad": -dive["pitch_rad"]})
         for call, message in [
             (lambda: backseat.Log.from_columns({"depth_m": [1.0]}), "no column t_s"),
             (lambda: backseat.Log.from_columns({"t_s": [0.0], "depth_ft": [1.0]}), "depth_ft: a vehicle log has no such"),
             (lambda: backseat.Log.from_columns({"t_s": [0.0, 1.0], "depth_m": [1.0]}), "depth_m has 1 values, t_s has 2"),
             (lambda: backseat.Log.from_columns({"t_s": [1.0, 0.0]}), "sort the rows by time"),
             (lambda: backseat.Log.from_columns({"t_s": [float("nan")]}), "expected seconds"),
+            (lambda: backseat.navigate(mirrored), "refused, for it contradicts physics: pitch_rad .* .force=True takes it"),
+            (lambda: backseat.diagnose(mirrored), "refused, for it contradicts physics"),
             (lambda: backseat.navigate(DIVE, model="quick"), "expected robust, nominal, thesis or kinematic"),
             (lambda: backseat.identify(DIVE, method="magic"), "output-error"),
             (lambda: backseat.Vehicle().replace({"vehicle.mass": 1.0}), "vehicle.mass"),

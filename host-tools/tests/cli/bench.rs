@@ -82,3 +82,13 @@ fn a_log_without_readings_is_refused() {
     assert_eq!(output.status.code(), Some(1));
     assert!(String::from_utf8_lossy(&output.stderr).contains("readings"), "{output:?}");
 }
+
+#[test]
+fn a_vehicle_that_moves_is_not_measured() {
+    let folder = tempfile::tempdir().unwrap();
+    let dive = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/guide/samples/dive.csv.gz");
+    let output = bench(folder.path(), &[dive, "--out", "mine.toml"]);
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(said.contains("the vehicle moves at ") && said.contains("where the vehicle lies still"), "{said}");
+    assert!(!output.status.success() && !folder.path().join("mine.toml").exists());
+}

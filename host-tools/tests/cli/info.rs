@@ -36,6 +36,35 @@ fn survey(folder: &Path, name: &str, angle: f64, time: f64) {
 }
 
 #[test]
+fn the_lines_that_mend_are_a_mapping_by_themselves() {
+    let folder = tempfile::tempdir().unwrap();
+    survey(folder.path(), "deg.csv", 180.0 / std::f64::consts::PI, 1.0);
+    let output = backseat(folder.path(), &["info", "deg.csv", "--json"]);
+    assert_eq!(output.status.code(), Some(3), "{}", text(&output.stdout));
+    let json: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let lines: Vec<&str> = json["findings"].as_array().unwrap().iter().filter_map(|f| f["mend"].as_str()).collect();
+    std::fs::write(folder.path().join("mend.toml"), lines.join("\n")).unwrap();
+    let output = backseat(folder.path(), &["info", "deg.csv", "--columns", "mend.toml"]);
+    assert_eq!(output.status.code(), Some(0), "{lines:?} {}{}", text(&output.stdout), text(&output.stderr));
+}
+
+/// Of a column that a mapping turned, the line turns it back.
+#[test]
+fn lines_that_mend_a_mapping_are_those_of_the_table() {
+    let folder = tempfile::tempdir().unwrap();
+    let dive = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/guide/samples/dive.csv.gz");
+    let map = folder.path().join("map.toml");
+    std::fs::write(&map, "columns.pitch_rad = { column = \"pitch_rad\", sign = -1 }\n").unwrap();
+    let info = || backseat(folder.path(), &["info", dive, "--columns", "map.toml", "--json"]);
+    let json: Value = serde_json::from_slice(&info().stdout).unwrap();
+    let mends: Vec<&str> = json["findings"].as_array().unwrap().iter().filter_map(|f| f["mend"].as_str()).collect();
+    assert_eq!(mends, ["columns.pitch_rad = { column = \"pitch_rad\" }"]);
+    std::fs::write(&map, mends[0]).unwrap();
+    let output = info();
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stdout));
+}
+
+#[test]
 fn a_good_log_is_usable_and_trusted() {
     let folder = tempfile::tempdir().unwrap();
     survey(folder.path(), "log.csv", 1.0, 1.0);

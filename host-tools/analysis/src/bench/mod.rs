@@ -5,6 +5,8 @@ mod channels;
 mod report;
 
 use anyhow::{anyhow, bail};
+use backseat_logs::log::Column;
+use backseat_logs::stats::percentile;
 use backseat_logs::{Log, VehicleFile};
 pub use channels::{Channel, Sensor};
 pub use report::report;
@@ -23,9 +25,12 @@ impl Bench {
     /// Measures a log of a vehicle at rest.
     ///
     /// # Errors
-    /// No channel has enough readings.
+    /// The vehicle moves; or no channel has enough readings.
     pub fn of(log: &Log) -> anyhow::Result<Self> {
         let path = log.path.display().to_string();
+        if let Some(how) = moves(log) {
+            bail!("{path}: {how}: noise is measured where the vehicle lies still");
+        }
         let channels = channels::of(log);
         if channels.is_empty() {
             let fewest = channels::FEWEST;
@@ -43,5 +48,22 @@ impl Bench {
         let found = self.sensors.iter().map(|sensor| (sensor.key, sensor.sigma));
         vehicle.apply(found).map_err(|error| anyhow!("{}: {error}", self.log))?;
         Ok(vehicle)
+    }
+}
+
+/// Faster than tides and moorings make it, m/s, and deeper than a float or a tide does, m.
+const MOVING: (f64, f64) = (0.2, 2.0);
+
+/// How the vehicle moves, if it does.
+fn moves(log: &Log) -> Option<String> {
+    let of = |column| log.column(column).map(|(_, value)| value).collect::<Vec<f64>>();
+    let speeds: Vec<f64> = of(Column::DvlU).into_iter().map(f64::abs).collect();
+    let depths = of(Column::Depth);
+    let speed = percentile(&speeds, 0.5).filter(|speed_mps| *speed_mps > MOVING.0);
+    let dive = percentile(&depths, 0.99).zip(percentile(&depths, 0.01)).map(|(deep, high)| deep - high);
+    match (speed, dive.filter(|dive_m| *dive_m > MOVING.1)) {
+        (Some(speed_mps), _) => Some(format!("the vehicle moves at {speed_mps:.1} m/s (dvl_u_mps, median)")),
+        (None, Some(dive_m)) => Some(format!("depth_m changes by {dive_m:.1} m")),
+        (None, None) => None,
     }
 }

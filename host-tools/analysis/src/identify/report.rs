@@ -36,7 +36,8 @@ pub fn report(result: &IdentificationResult) -> Report {
             result.held_out.text()
         ),
         (Some(before), Some(after)) => format!(
-            "Surge predicted open loop to {:.4} m/s instead of {:.4}, pitch to {:.3}° instead of {:.3}°, on {}.",
+            "Open loop the identified vehicle predicts surge to {:.4} m/s (the declared one {:.4}), pitch to {:.3}° ({:.3}), \
+             on {}.",
             after.mean_absolute[5],
             before.mean_absolute[5],
             after.mean_absolute[1],
