@@ -259,10 +259,16 @@ fn with_from(column: Column, from_s: f64, change: impl Fn(f64) -> f64) -> Log {
     log
 }
 
+fn later(mut log: Log, by_s: f64) -> Log {
+    log.rows.iter_mut().for_each(|row| row.time_us += (by_s * 1e6) as u64);
+    log
+}
+
 #[test]
 fn a_mistake_in_a_part_of_a_log_is_said_with_its_time() {
     for (log, expected) in [
         (with_from(Column::R, 300.0, |r| -r), "from about 300 s on r_radps has the wrong sign"),
+        (later(with_from(Column::R, 300.0, |r| -r), 1000.0), "from about 1300 s on r_radps has the wrong sign"),
         (with_from(Column::PropRpm, 300.0, |rpm| -rpm), "from about 300 s on prop_rpm has the wrong sign"),
         (with_from(Column::DvlW, 300.0, |w| -w), "from about 300 s on dvl_w_mps has the wrong sign"),
     ] {

@@ -55,6 +55,8 @@ fn carry(column: Column) -> Carry {
 /// A log at even times; NaN where a column has nothing.
 #[derive(Clone)]
 pub struct Grid {
+    /// Time of the first row of the log, s.
+    pub start_s: f64,
     /// Length of a cell by the log, s.
     pub cell_s: f64,
     /// Length by which windows are counted in cells, s: the same, unless the unit of the time is doubted.
@@ -105,7 +107,7 @@ impl Grid {
             }
             columns[column as usize] = Some(values);
         }
-        Some(Self { cell_s, pace_s, len, is_motor_rpm: log.is_motor_rpm, columns })
+        Some(Self { start_s: first_us as f64 * 1e-6, cell_s, pace_s, len, is_motor_rpm: log.is_motor_rpm, columns })
     }
 
     /// Some of its cells.

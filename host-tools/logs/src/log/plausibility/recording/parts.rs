@@ -71,7 +71,7 @@ pub(super) fn check(grid: &Grid, whole: &[Tested], search: &Search<'_>) -> Optio
     let contradicted = [0, 1].map(|side| differing.iter().filter(|place| is_contradicted(side, place)).count());
     let bad = usize::from(contradicted[1] >= contradicted[0]);
     let mut columns: Vec<Column> = differing.iter().flat_map(|place| whole[*place].columns()).collect();
-    let at_s = at as f64 * grid.cell_s;
+    let at_s = grid.start_s + at as f64 * grid.cell_s;
     let (when, otherwise) = match bad {
         1 => (format!("from about {at_s:.0} s on"), "before that"),
         _ => (format!("until about {at_s:.0} s"), "after that"),
