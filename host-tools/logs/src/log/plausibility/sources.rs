@@ -7,12 +7,15 @@ use crate::log::{Column, Source};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
+/// The time of a vehicle log, as its entry of a mapping names it.
+const OF_TIME: &str = "column = \"t_s\"";
+
 /// Puts the numbers of the messages, or the columns of the table and that of its time, in the place of the columns.
 pub(super) fn name(finding: &mut Finding, sources: &BTreeMap<Column, Source>, time: Option<&str>) {
     if let (None, Some(time)) = (finding.column, time) {
-        let named = |text: &str| text.replace("column = \"t_s\"", &format!("column = {}", toml::Value::from(time)));
-        finding.message = named(&finding.message);
-        finding.mend = finding.mend.as_deref().map(named);
+        let entry = format!("column = {}", toml::Value::from(time));
+        finding.message = finding.message.replace(OF_TIME, &entry);
+        finding.mend = finding.mend.as_ref().map(|lines| lines.replace(OF_TIME, &entry));
         return;
     }
     if let Some((said, tail)) = finding.message.clone().rsplit_once(MENDED_BY) {

@@ -129,8 +129,7 @@ fn typical_speed_mps(log: &Log) -> Option<f64> {
 /// be blamed; a heading in another unit is read in that of `headings` that fits best; columns that are doubted are left
 /// out.
 pub(super) fn check(log: &Log, odd: &[Column], headings: &[Mend], is_doubted: impl Fn(Column) -> bool) -> Tests {
-    let mut tests = Tests::default();
-    tests.heading = headings.first().cloned();
+    let mut tests = Tests { heading: headings.first().cloned(), ..Tests::default() };
     let scale = headings.first().map_or(1.0, Mend::scale);
     let Some(mut grid) = Grid::of(log, scale, &is_doubted) else { return tests };
     if headings.len() > 1 {
