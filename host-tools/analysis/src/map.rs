@@ -41,5 +41,5 @@ pub fn report(draft: &Draft, table: &Path, out: Option<&Path>) -> Report {
         .value("changes", draft.changes.clone())
         .value("doubts", draft.doubts.clone())
         .value("unused", draft.unused.clone())
-        .value("out", json!(out))
+        .value("out", json!(out.map(|out| out.display().to_string())))
 }

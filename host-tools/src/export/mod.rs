@@ -181,15 +181,15 @@ impl ExportSummary {
 
     fn json(&self, args: &Args) -> Value {
         let table = |(name, rows): &(&str, u64)| {
-            let path = args.csv.as_ref().map(|folder| folder.join(name));
+            let path = args.csv.as_ref().map(|folder| folder.join(name).display().to_string());
             (name.trim_end_matches(".csv").to_owned(), json!({"file": path, "rows": rows}))
         };
         let foxglove = self.foxglove.as_ref().map(|written| {
             let Written { path, layout, messages } = written;
-            json!({"file": path, "layout": layout, "messages": messages})
+            json!({"file": path.display().to_string(), "layout": layout.display().to_string(), "messages": messages})
         });
         json!({
-            "log": args.log,
+            "log": args.log.display().to_string(),
             "csv": self.tables.as_ref().map(|tables| tables.iter().map(table).collect::<Map<_, _>>()),
             "foxglove": foxglove,
             "notes": self.notes(args),

@@ -23,7 +23,7 @@ pub fn report(plan: &Plan, path: &Path, depth_m: f64) -> Report {
             format!("{information:.0} (log of the determinant, in units of a prior wrong by 30 %)"),
         )
         .fact("expected error of the parameters", format!("{remaining:.1} % rms, sensors of Table 4.13"))
-        .value("mission", json!(path))
+        .value("mission", path.display().to_string())
         .value("waypoints", plan.waypoints.len())
         .value("duration_s", plan.duration_s)
         .value("depth_m", json!([shallow, deep]))

@@ -33,7 +33,7 @@ pub fn report(read: &ReadLog) -> Report {
         .notes(&not_tested(read))
         .notes(&read.log.notes)
         .notes(&remarks.map(|finding| finding.message.clone()).collect::<Vec<_>>())
-        .value("file", json!(log.path))
+        .value("file", file)
         .value("format", read.format)
         .value("rows", log.rows.len())
         .value("span_s", examination.span_s)
