@@ -294,8 +294,10 @@ impl<'a> Importer<'a> {
         let fail = |message: &str| DataError::at(self.path, line, time.cell, format!("{}: {message}", time.name));
         let absolute_us = match (time.seconds, time.day_us, time.minutes_us) {
             (Some(seconds), ..) => (seconds * 1e6).round() as i64,
-            (None, Some(day_us), _) if time.days.is_some() => time.days.unwrap_or(0) * DAY_US + day_us,
-            (None, Some(day_us), _) => self.going_on(day_us, DAY_US),
+            (None, Some(day_us), _) => match time.days {
+                Some(days) => days * DAY_US + day_us,
+                None => self.going_on(day_us, DAY_US),
+            },
             (None, None, Some(minutes_us)) => {
                 self.lacks_hours = true;
                 self.going_on(minutes_us, HOUR_US)

@@ -7,7 +7,7 @@ use std::collections::HashMap;
 /// Samples that are compared at once, and how many different values they need.
 const GRAM: usize = 40;
 const DIFFERENT: usize = 20;
-/// So many samples that are the same to the last digit are no chance.
+/// So many samples that are the same to the last digit are no chance: ten seconds of a fast sensor.
 const LEAST: usize = 100;
 /// Columns with noise in their last digits.
 const NOISY: [Column; 5] = [Column::Heading, Column::Pitch, Column::R, Column::DvlU, Column::Depth];
@@ -25,12 +25,14 @@ pub(super) fn check(log: &Log) -> Option<Finding> {
         if let Some(before) = begin.checked_sub(1) {
             hash = hash.wrapping_sub(samples[before].1.wrapping_mul(first));
         }
-        if let Some(earlier) = seen.get(&hash).copied().filter(|earlier| earlier + GRAM <= begin) {
+        // a sensor that stands still repeats itself everywhere
+        let is_again = |earlier: &usize| earlier + GRAM <= begin && is_varied(&samples[begin..=end]);
+        if let Some(earlier) = seen.get(&hash).copied().filter(is_again) {
             let same = |(a, b): &(&(u64, u64), &(u64, u64))| a.1 == b.1;
             let ahead = samples[begin..].iter().zip(&samples[earlier..begin]).take_while(same).count();
             let back = samples[..begin].iter().rev().zip(samples[..earlier].iter().rev()).take_while(same).count();
             let (earlier, begin, count) = (earlier - back, begin - back, back + ahead);
-            if count >= LEAST && is_varied(&samples[begin..begin + GRAM]) {
+            if count >= LEAST {
                 let s = |place: usize| samples[place].0 as f64 * 1e-6;
                 let message = format!(
                     "{} from {:.0} to {:.0} s stands again from {:.0} s on, to the last digit ({count} samples): part of the log \

@@ -289,6 +289,18 @@ fn a_depth_that_leaps_and_stays_is_told_and_one_reading_is_not() {
     assert_eq!(messages(&log), "");
 }
 
+/// Of a million samples of one value every stretch stands elsewhere: that is found out of each without reading on.
+#[test]
+fn a_sensor_that_stands_still_is_no_stretch_written_twice() {
+    let mut log = Log::default();
+    log.rows.extend((0..1_000_000).map(|k| {
+        let mut row = LogRow::new(k * 100_000);
+        row.set(Column::Depth, 1.0);
+        row
+    }));
+    assert!(!messages(&log).contains("written twice"));
+}
+
 #[test]
 fn a_stretch_that_was_written_twice_is_told() {
     let mut log = good();
