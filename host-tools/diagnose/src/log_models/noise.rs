@@ -59,14 +59,13 @@ impl Noise {
     }
 
     /// Runs the filter over a channel's rows, which are in order; `visit` receives place, innovation and its variance,
-    /// and the whitened derivatives where `columns` wants them.
+    /// and the whitened derivatives where there are `slopes`.
     fn filter(
         &self,
-        rows: &[(usize, &Row)],
-        layout: &Layout,
+        rows: &[ChannelRow],
         slopes: Option<&dyn Fn(usize) -> Vec<f64>>,
         limit: f64,
-        mut visit: impl FnMut(usize, f64, f64, Vec<f64>),
+        mut visit: impl FnMut(usize, f64, f64, &[f64]),
     ) {
         let is_sum = self.walk > 0.0;
         let (white, slow) = (self.white * self.white, self.slow * self.slow);
@@ -75,17 +74,24 @@ impl Noise {
         // Values of walk and slow part: of the residual, then of each derivative.
         let mut state: Vec<[f64; 2]> = Vec::new();
         let mut p = [unknown, 0.0, slow];
-        let mut last: Option<(&Row, u8)> = None;
+        let mut last: Option<&ChannelRow> = None;
         let mut bad = 0;
-        for (place, row) in rows {
-            let part = layout.use_of(row.t_s);
-            let values: Vec<f64> =
-                std::iter::once(row.residual).chain(slopes.map_or_else(Vec::new, |of| of(*place))).collect();
-            let before = last.filter(|(last, before)| last.sequence == row.sequence && *before == part && bad < BROKEN);
+        let (mut values, mut innovations) = (Vec::new(), Vec::new());
+        // Most rows are as far apart as the two before.
+        let (mut dt_s, mut keep) = (0.0, 1.0);
+        for this in rows {
+            let ChannelRow { place, row, part } = this;
+            values.clear();
+            values.push(row.residual);
+            values.extend(slopes.map_or_else(Vec::new, |of| of(*place)));
+            let follows = |before: &&ChannelRow| before.row.sequence == row.sequence && before.part == *part;
+            let before = last.filter(follows).filter(|_| bad < BROKEN);
             let is_first = before.is_none();
-            if let Some((last, _)) = before {
-                let dt_s = (row.t_s - last.t_s).max(0.0);
-                let keep = (-dt_s / self.memory_s).exp();
+            if let Some(before) = before {
+                let since_s = (row.t_s - before.row.t_s).max(0.0);
+                if since_s != dt_s {
+                    (dt_s, keep) = (since_s, (-since_s / self.memory_s).exp());
+                }
                 state.iter_mut().for_each(|state| state[1] *= keep);
                 p = [p[0] + self.walk * self.walk * dt_s, p[1] * keep, p[2] * keep * keep + slow * (1.0 - keep * keep)];
             } else {
@@ -93,11 +99,11 @@ impl Noise {
                 p = [if is_sum { unknown } else { 0.0 }, 0.0, slow];
                 bad = 0;
             }
-            last = Some((row, part));
+            last = Some(this);
             let variance = p[0] + 2.0 * p[1] + p[2] + white;
             let gain = [(p[0] + p[1]) / variance, (p[1] + p[2]) / variance];
-            let innovations: Vec<f64> =
-                values.iter().zip(&state).map(|(value, state)| value - state[0] - state[1]).collect();
+            innovations.clear();
+            innovations.extend(values.iter().zip(&state).map(|(value, state)| value - state[0] - state[1]));
             // The first of a sum only says where the sum begins.
             let is_start = is_first && is_sum;
             if !is_start && innovations[0].abs() > limit * variance.sqrt() {
@@ -112,35 +118,35 @@ impl Noise {
             let h = [p[0] + p[1], p[1] + p[2]];
             p = [p[0] - gain[0] * h[0], p[1] - gain[0] * h[1], p[2] - gain[1] * h[1]];
             if !is_start {
-                visit(*place, innovations[0], variance, innovations[1..].to_vec());
+                visit(*place, innovations[0], variance, &innovations[1..]);
             }
         }
     }
 
     /// Whitened rows of the channel; `slopes` gives the derivatives of the row at a place.
     pub(super) fn whiten(&self, rows: &[Row], layout: &Layout, slopes: &dyn Fn(usize) -> Vec<f64>) -> Vec<Whitened> {
-        let own = of_channel(rows, self.channel);
+        let own = of_channel(rows.iter(), layout, self.channel);
         // Far from a fit every row would be an outlier: then the limit is of what they scatter.
         let mut sizes = Vec::new();
-        self.filter(&own, layout, None, f64::INFINITY, |_, innovation, variance, _| {
+        self.filter(&own, None, f64::INFINITY, |_, innovation, variance, _| {
             sizes.push(innovation.abs() / variance.sqrt());
         });
         let limit = OUTLIER * (1.482_602 * median(&sizes).unwrap_or(0.0)).max(1.0);
         let mut whitened = Vec::new();
-        self.filter(&own, layout, Some(slopes), limit, |row, innovation, variance, slopes| {
+        self.filter(&own, Some(slopes), limit, |row, innovation, variance, slopes| {
             let sigma = variance.sqrt();
-            let slopes = slopes.into_iter().map(|slope| slope / sigma).collect();
+            let slopes = slopes.iter().map(|slope| slope / sigma).collect();
             whitened.push(Whitened { row, e: innovation / sigma, sigma, slopes });
         });
         whitened
     }
 
     /// −2 ln of the likelihood of rows of the data that fit and choose; outliers cost as much as the limit.
-    fn cost(&self, channels: &[Vec<(usize, &Row)>], layout: &Layout) -> f64 {
+    fn cost(&self, channels: &[Vec<ChannelRow>]) -> f64 {
         let mut cost = 0.0;
         for rows in channels {
             let mut used = 0;
-            self.filter(rows, layout, None, OUTLIER, |_, innovation, variance, _| {
+            self.filter(rows, None, OUTLIER, |_, innovation, variance, _| {
                 cost += loss(innovation / variance.sqrt()) + variance.ln();
                 used += 1;
             });
@@ -157,9 +163,23 @@ pub(super) fn loss(e: f64) -> f64 {
     if size < HUBER { size * size } else { HUBER * (2.0 * size - HUBER) }
 }
 
-/// Rows of a channel with their places.
-fn of_channel(rows: &[Row], channel: ResidualChannel) -> Vec<(usize, &Row)> {
-    rows.iter().enumerate().filter(|(_, row)| row.channel == channel).collect()
+/// A row of one channel.
+struct ChannelRow<'a> {
+    /// Place in the list of all rows.
+    place: usize,
+    row: &'a Row,
+    /// What its time is used for, see [`Layout::use_of`].
+    part: u8,
+}
+
+/// Rows of a channel.
+fn of_channel<'a>(
+    rows: impl Iterator<Item = &'a Row>,
+    layout: &Layout,
+    channel: ResidualChannel,
+) -> Vec<ChannelRow<'a>> {
+    let own = rows.enumerate().filter(|(_, row)| row.channel == channel);
+    own.map(|(place, row)| ChannelRow { place, row, part: layout.use_of(row.t_s) }).collect()
 }
 
 /// Noise of every channel, from residuals of the data that fit and choose; north and east of one receiver have the same.
@@ -170,11 +190,7 @@ pub(super) fn estimate(
     is_summed: impl Fn(ResidualChannel) -> bool,
     free: usize,
 ) -> Vec<Noise> {
-    let seen: Vec<Row> = rows
-        .iter()
-        .filter(|row| layout.is_in(DataPart::Seen, layout.block(row.t_s)))
-        .map(|row| Row { slopes: Vec::new(), ..row.clone() })
-        .collect();
+    let seen: Vec<&Row> = rows.iter().filter(|row| layout.is_in(DataPart::Seen, layout.block(row.t_s))).collect();
     let mut found: Vec<Noise> = Vec::new();
     let share = 1.0 - (free as f64 / seen.len().max(1) as f64).min(0.5);
     for channel in ResidualChannel::ALL {
@@ -191,8 +207,9 @@ pub(super) fn estimate(
         if !has {
             continue;
         }
-        let channels: Vec<Vec<(usize, &Row)>> = pair.iter().map(|channel| of_channel(&seen, *channel)).collect();
-        let mut noise = of_largest_likelihood(channel, &channels, layout, is_summed(channel));
+        let of_seen = |channel: &ResidualChannel| of_channel(seen.iter().copied(), layout, *channel);
+        let channels: Vec<Vec<ChannelRow>> = pair.iter().map(of_seen).collect();
+        let mut noise = of_largest_likelihood(channel, &channels, is_summed(channel));
         let widen = share.sqrt();
         (noise.white, noise.slow, noise.walk) = (noise.white / widen, noise.slow / widen, noise.walk / widen);
         found.push(noise);
@@ -201,18 +218,13 @@ pub(super) fn estimate(
 }
 
 /// Searches the four numbers by ever smaller steps of their logarithms, one after the other.
-fn of_largest_likelihood(
-    channel: ResidualChannel,
-    channels: &[Vec<(usize, &Row)>],
-    layout: &Layout,
-    is_sum: bool,
-) -> Noise {
-    let residuals: Vec<f64> = channels.iter().flatten().map(|(_, row)| row.residual).collect();
+fn of_largest_likelihood(channel: ResidualChannel, channels: &[Vec<ChannelRow>], is_sum: bool) -> Noise {
+    let residuals: Vec<f64> = channels.iter().flatten().map(|own| own.row.residual).collect();
     let steps: Vec<f64> = channels
         .iter()
         .flat_map(|rows| rows.windows(2))
-        .filter(|pair| pair[0].1.sequence == pair[1].1.sequence)
-        .map(|pair| (pair[1].1.residual - pair[0].1.residual).abs())
+        .filter(|pair| pair[0].row.sequence == pair[1].row.sequence)
+        .map(|pair| (pair[1].row.residual - pair[0].row.residual).abs())
         .collect();
     let spread = |of: &[f64]| 1.482_602 * median(of).unwrap_or(0.0);
     let middle = median(&residuals).unwrap_or(0.0);
@@ -239,7 +251,7 @@ fn of_largest_likelihood(
     let narrow = spread(&steps).min(size).max(least);
     for (size, memory_s) in [(size, 3.0_f64), (size, 30.0), (narrow, 3.0), (narrow, 30.0)] {
         let mut x = [(0.7 * size).ln(), (0.5 * size).ln(), memory_s.ln(), (0.3 * size).ln()];
-        let mut cost = of(&x).cost(channels, layout);
+        let mut cost = of(&x).cost(channels);
         let mut step = 1.0;
         while step > 0.05 {
             let mut moved = false;
@@ -247,7 +259,7 @@ fn of_largest_likelihood(
                 for sign in [1.0, -1.0] {
                     let mut trial = x;
                     trial[place] += sign * step;
-                    let fresh = of(&trial).cost(channels, layout);
+                    let fresh = of(&trial).cost(channels);
                     if fresh < cost - 1e-3 {
                         (x, cost, moved) = (trial, fresh, true);
                         break;
