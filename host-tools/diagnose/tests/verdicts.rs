@@ -60,6 +60,7 @@ fn nothing_is_found_where_nothing_is() {
 /// Fixes by USBL and ranges to transponders in place of one-way ranges and a DVL: nothing is found where nothing is, a
 /// turned array and a transponder that stands elsewhere are named with their sizes.
 #[test]
+#[ignore = "half a minute: .ci/nightly"]
 fn positions_by_sound() {
     let by =
         |usbl, lbl| move |spec: &mut Spec| (spec.usbl, spec.lbl, spec.ranges, spec.dvl) = (usbl, lbl, false, false);
@@ -257,6 +258,7 @@ fn val_arms_on_the_vehicle() {
 /// An arm turns with the heading, and errors of fixes that last do not: it takes fixes on several headings. On the one of
 /// the first surfaced run an arm within the hull is no more than errors that these fixes may share.
 #[test]
+#[ignore = "half a minute: .ci/nightly"]
 fn val_an_antenna_on_the_vehicle() {
     let surfacing = |spec: &mut Spec| (spec.duration_s, spec.shape) = (2400.0, Shape::Surfacing);
     assert_finds_in(surfacing, "gnss_lever_arm:x_m=1.9,y_m=0", &[1.9, 0.0], 602);
@@ -293,6 +295,7 @@ fn two_at_once() {
 /// Their error grows with the square of the distance, that of a wrong sound speed with the distance: a range error of no
 /// entry, whatever the entries could take up of it.
 #[test]
+#[ignore = "half a minute: .ci/nightly"]
 fn val_curved_rays_are_not_taken_for_sound_speed_or_clocks() {
     for (per_m, seed) in [(6e-6, 73), (4e-5, 74)] {
         let d = diagnose(&[&format!("ray_bending:per_m={per_m}")], seed, |spec| spec.duration_s = 1800.0);
@@ -337,6 +340,7 @@ fn without_a_dvl_current_and_hard_iron_stand_in_for_each_other() {
 }
 
 #[test]
+#[ignore = "half a minute: .ci/nightly"]
 fn inputs_that_move_on_are_no_effect() {
     assert_no_effect_where_inputs_move_on(11);
     // A large effect hides how the inputs move until it is in the model: accepted or not, it is put there.
@@ -374,6 +378,7 @@ fn other_inputs_that_move_on_are_no_effect() {
 }
 
 #[test]
+#[ignore = "half a minute: .ci/nightly"]
 fn val_proposed_terms_predict_what_they_were_not_fitted_to() {
     use backseat_diagnose::samples::ResidualChannel;
     use backseat_diagnose::scores::{PREDICTED, VELOCITY_HORIZON, predictions};
