@@ -2,7 +2,6 @@
 
 use super::calendar;
 use super::format::{Format, Known, Role};
-use super::line_time;
 use super::origin::Origin;
 use crate::DataError;
 use crate::log::{BETWEEN_RUNS_US, Column, Log, LogRow, MAX_SECONDS, run_note, table};
@@ -183,10 +182,9 @@ impl<'a> Importer<'a> {
                     let parsed = calendar::date_days(readable());
                     time.days = Some(parsed.ok_or_else(|| fail(format!("{:?} is not M/D/YYYY", readable())))?);
                 }
-                Role::Instant => {
-                    let unix_us = line_time::instant_us(readable());
-                    let complaint = || fail(format!("{:?} is not yyyy-mm-dd hh:mm:ss", readable()));
-                    time.seconds = Some(unix_us.ok_or_else(complaint)? as f64 * 1e-6);
+                Role::Instant(order) => {
+                    let complaint = || fail(format!("{:?} is not {}", readable(), order.pattern()));
+                    time.seconds = Some(order.unix_us(readable()).ok_or_else(complaint)? as f64 * 1e-6);
                     time.is_epoch = true;
                 }
                 Role::Days(first) => {

@@ -1,5 +1,6 @@
 //! A format of a table as data: which columns it has, what they mean and what is left out.
 
+use super::line_time::DateOrder;
 use crate::log::Column;
 
 /// What a column of a table is for.
@@ -20,8 +21,8 @@ pub(super) enum Role {
     /// `HH:MM:SS`, with or without AM and PM, which starts again every day; or `MM:SS.s`, as spreadsheets show it, which
     /// starts again every hour.
     TimeOfDay,
-    /// `yyyy-mm-dd hh:mm:ss.s`, or with `T` and a zone; the first row is zero.
-    Instant,
+    /// A date and a time, as `yyyy-mm-dd hh:mm:ss.s`; the first row is zero.
+    Instant(DateOrder),
     /// Days since a day that is so many before 1970; the first row is zero.
     Days(f64),
     /// `M/D/YYYY` or `M/D/YY`.
@@ -60,7 +61,7 @@ impl Role {
     /// What it becomes.
     pub(super) const fn name(self) -> &'static str {
         match self {
-            Self::Seconds(_) | Self::Epoch(_) | Self::TimeOfDay | Self::Instant | Self::Days(_) => "the time",
+            Self::Seconds(_) | Self::Epoch(_) | Self::TimeOfDay | Self::Instant(_) | Self::Days(_) => "the time",
             Self::Arrival => "the time and toa_s",
             Self::Label(_) => "the number in the label",
             Self::Run => "the number of the run",
@@ -79,7 +80,7 @@ impl Role {
     pub(super) const fn is_time(self) -> bool {
         matches!(
             self,
-            Self::Seconds(_) | Self::Epoch(_) | Self::Arrival | Self::TimeOfDay | Self::Instant | Self::Days(_)
+            Self::Seconds(_) | Self::Epoch(_) | Self::Arrival | Self::TimeOfDay | Self::Instant(_) | Self::Days(_)
         )
     }
 }

@@ -51,9 +51,44 @@ pub(super) fn parse(text: &str) -> LineTime {
     LineTime::None
 }
 
+/// How a cell that holds a date and a time writes its date.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum DateOrder {
+    /// `2026-11-20`.
+    YearFirst,
+    /// `20/11/2026`, or with points or dashes.
+    DayFirst,
+    /// `11/20/2026`, or with points or dashes.
+    MonthFirst,
+}
+
+impl DateOrder {
+    /// How such a cell looks.
+    pub(super) const fn pattern(self) -> &'static str {
+        match self {
+            Self::YearFirst => "yyyy-mm-dd hh:mm:ss",
+            Self::DayFirst => "dd/mm/yyyy hh:mm:ss",
+            Self::MonthFirst => "mm/dd/yyyy hh:mm:ss",
+        }
+    }
+
+    /// µs since 1970 of such a cell; without a zone, which only [`DateOrder::YearFirst`] may have, it is UTC.
+    pub(super) fn unix_us(self, text: &str) -> Option<i64> {
+        if self == Self::YearFirst {
+            return instant_us(text);
+        }
+        let (date, clock) = text.trim().split_once([' ', 'T'])?;
+        let mut parts = date.split(['/', '.', '-']);
+        let [first, second, year] = [parts.next()?, parts.next()?, parts.next()?];
+        let (month, day) = if self == Self::DayFirst { (second, first) } else { (first, second) };
+        let days = calendar::date_days(&format!("{month}/{day}/{year}")).filter(|_| parts.next().is_none())?;
+        Some(days * DAY_US as i64 + calendar::time_us(&clock.replace(',', "."))?)
+    }
+}
+
 /// Reads a cell that holds a date and a time, `2026-11-20 12:00:06.5`, or with `T`, and with `Z` or a zone behind it; without
 /// one it is UTC: µs since 1970.
-pub(super) fn instant_us(text: &str) -> Option<i64> {
+fn instant_us(text: &str) -> Option<i64> {
     let text = text.trim();
     let (days, clock) = iso_date(text).filter(|_| text.starts_with(|c: char| c.is_ascii_digit()))?;
     let end = clock.find(['Z', 'z', '+', '-']).unwrap_or(clock.len());

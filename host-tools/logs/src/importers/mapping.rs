@@ -2,6 +2,7 @@
 
 use super::engine::Cells;
 use super::format::{Format, Known, Role};
+use super::line_time::DateOrder;
 use crate::DataError;
 use crate::log::units::{self, RAD_PER_DEG, Unit};
 use crate::log::{Column, Source};
@@ -67,8 +68,9 @@ struct Entry {
 ///
 /// [time]                          # of a table; a ROS 2 bag has its own
 /// column = "Time (ms)"
-/// unit = "ms"                     # s, ms, us, ns, min, h, d; hms for HH:MM:SS, iso for yyyy-mm-dd hh:mm:ss; datenum
-///                                 # (MATLAB), excel: days since year 0, since 1900
+/// unit = "ms"                     # s, ms, us, ns, min, h, d; hms for HH:MM:SS; iso, dmy, mdy for yyyy-mm-dd,
+///                                 # dd/mm/yyyy, mm/dd/yyyy and hh:mm:ss behind it; datenum (MATLAB), excel: days
+///                                 # since year 0, since 1900
 /// base = "epoch"                  # the first row is zero; left out: seconds since the start of the log
 ///
 /// [columns.depth_m]               # a column of the vehicle log, or latitude_deg and longitude_deg
@@ -244,9 +246,11 @@ impl ColumnMap {
 }
 
 /// Times by a clock or a calendar. A MATLAB datenum counts from year 0, a spreadsheet from 1900, with a leap day too many.
-const CALENDAR: [(&str, Role); 4] = [
+const CALENDAR: [(&str, Role); 6] = [
     ("hms", Role::TimeOfDay),
-    ("iso", Role::Instant),
+    ("iso", Role::Instant(DateOrder::YearFirst)),
+    ("dmy", Role::Instant(DateOrder::DayFirst)),
+    ("mdy", Role::Instant(DateOrder::MonthFirst)),
     ("datenum", Role::Days(719_529.0)),
     ("excel", Role::Days(25_569.0)),
 ];
@@ -364,6 +368,9 @@ mod tests {
         const START_US: i64 = 1_795_219_199_000_000; // date -u -d '2026-11-20 23:59:59' +%s
         for (unit, first, second, start_us) in [
             ("iso", "2026-11-20 23:59:59", "2026-11-21T00:00:00Z", Some(START_US)),
+            ("dmy", "20/11/2026 23:59:59", "21/11/2026 00:00:00.0", Some(START_US)),
+            ("dmy", "20.11.2026 23:59:59", "21.11.2026 00:00:00", Some(START_US)),
+            ("mdy", "11/20/2026 11:59:59 PM", "11/21/2026 12:00:00 AM", Some(START_US)),
             ("datenum", "740306.999988426", "740307.0", Some(START_US)), // datenum(2026,11,20,23,59,59)
             ("excel", "46346.999988426", "46347.0", Some(START_US)),
             ("hms", "23:59:59", "00:00:00", None),

@@ -120,14 +120,17 @@ pub(super) fn entries(columns: &[Seen], used: &[usize], frames: &Frames) -> (Vec
             continue;
         }
         entries.extend(targets.into_iter().map(|(target, sign)| {
+            let unit = column.unit_for(target, has_degrees);
+            let is_its_own = units::factor(target, unit).is_none_or(|factor| factor == 1.0);
+            let is_plain = sign > 0.0 && is_its_own && column.against_its_name(unit).is_none();
             let mut entry = Entry {
                 target,
                 place,
-                unit: column.unit_for(target, has_degrees),
+                unit,
                 sign,
                 scale: 1.0,
                 offset: 0.0,
-                sure: column.exact().filter(|_| sign > 0.0).map(|_| "its name is that of the vehicle log".to_owned()),
+                sure: column.exact().filter(|_| is_plain).map(|_| "its name is that of the vehicle log".to_owned()),
                 checks: Vec::new(),
             };
             entry.complete(column, frames);
@@ -155,8 +158,13 @@ impl Entry {
             self.checks.push("a pressure, as a depth in sea water; the offset is the air's share".to_owned());
         }
         if column.unit.is_none() && !self.unit.is_empty() {
-            self.checks.push(format!("its name states no unit; {} by its values", self.unit));
+            let stated = match &column.in_brackets {
+                Some(text) => format!("its name states {text:?}, which is no unit of a mapping"),
+                None => "its name states no unit".to_owned(),
+            };
+            self.checks.push(format!("{stated}; {} by its values", self.unit));
         }
+        self.checks.extend(column.against_its_name(self.unit));
         if column.is_magnetic() {
             self.checks.push(
                 "a magnetic heading: add the declination as its offset; backseat info says what it is there and then"

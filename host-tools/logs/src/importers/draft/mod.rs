@@ -72,25 +72,47 @@ fn draft_of(path: &Path) -> Result<Draft, DataError> {
         let (columns, frames, counts, entries) = (&columns[..], &frames, &counts[..], entries.to_vec());
         Parts { path, separator, columns, time, frames, quaternion, entries, counts }
     };
-    for round in 0..ROUNDS {
+    if time.is_none() {
+        doubts.push("the draft does not read the table yet: no column looks like a time; name it in [time]".to_owned());
+        return Ok(parts(&entries).draft(changes, doubts));
+    }
+    let mut rounds = 0..ROUNDS - 1;
+    loop {
         match examined(path, &parts(&entries).text()) {
             Ok(found) => {
-                let changed = if round + 1 < ROUNDS { entry::mend(&mut entries, &found) } else { Vec::new() };
+                let changed = rounds.next().map_or_else(Vec::new, |_| entry::mend(&mut entries, &found));
                 if changed.is_empty() {
-                    doubts = found.suspicions().map(|finding| finding.message.clone()).collect();
+                    doubts.extend(found.suspicions().map(|finding| finding.message.clone()));
                     entry::confirm(&mut entries, &found);
                     break;
                 }
                 changes.extend(changed);
             }
-            // without a time, say: the draft is the first step all the same
-            Err(error) => {
-                doubts = vec![format!("the draft does not read the table yet: {error}")];
-                break;
-            }
+            // one column that does not read is no reason to read none
+            Err(error) => match leave_out(&columns, &mut entries, &error) {
+                Some(name) => doubts.push(format!("{name:?} is left out, it does not read: {error}")),
+                None => {
+                    doubts.push(format!("the draft does not read the table yet: {error}"));
+                    break;
+                }
+            },
         }
     }
     Ok(parts(&entries).draft(changes, doubts))
+}
+
+/// Takes out the entries of the column that an error is about; its name, if there were any.
+fn leave_out(columns: &[Seen], entries: &mut Vec<Entry>, error: &DataError) -> Option<String> {
+    let place = usize::try_from(error.column).ok()?.checked_sub(1)?;
+    let name = columns.get(place)?.name.clone();
+    let before = entries.len();
+    entries.retain(|entry| columns[entry.place].name != name);
+    // half of a position is none
+    let has = |entries: &[Entry], target: &str| entries.iter().any(|entry| entry.target == target);
+    if has(entries, "latitude_deg") != has(entries, "longitude_deg") {
+        entries.retain(|entry| !["latitude_deg", "longitude_deg"].contains(&entry.target));
+    }
+    (entries.len() < before).then_some(name)
 }
 
 /// The tests of columns on the table as a draft reads it.

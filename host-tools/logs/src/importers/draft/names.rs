@@ -95,6 +95,7 @@ const UNIT_NAMES: &[(&str, &str)] = &[
     ("mbar hpa", "mbar"),
     ("kpa", "kPa"),
     ("pa", "Pa"),
+    ("inches inch", "in"),
     ("mm", "mm"),
     ("cm", "cm"),
     ("km", "km"),

@@ -1,8 +1,10 @@
 //! A column of a table: its name in words, its unit, its values.
 
 use super::names::{COMMAND, COUNTS, MAGNETIC, MISSING, NAMES, NONE, NOTHING, PRESSURE, unit_names};
+use crate::importers::line_time::DateOrder;
 use crate::log::units::{self, PASCALS};
 use crate::log::{Column, table};
+use std::f64::consts::PI;
 
 /// A column of the table.
 pub(super) struct Seen {
@@ -13,17 +15,27 @@ pub(super) struct Seen {
     words: Vec<String>,
     /// The unit that its name states, if any.
     pub unit: Option<&'static str>,
+    /// What its name has in brackets, where that is no unit.
+    pub in_brackets: Option<String>,
     pub numbers: usize,
     texts: usize,
+    /// Its texts, each once, as long as they are few.
+    words_in_cells: Vec<String>,
+    /// Whether every text is a date and a time with the day first, and with the month first.
+    reads_as: [bool; 2],
     pub min: f64,
     pub max: f64,
     pub first: Option<f64>,
     pub last: f64,
+    /// Values beyond a quarter of a turn, and beyond a turn, if they are radians.
+    beyond: [usize; 2],
+    /// Largest difference of two values that follow each other.
+    largest_step: f64,
     /// All values are whole numbers.
     is_whole: bool,
     pub sample: String,
-    /// What stands where there is no sample.
-    pub missing: Option<String>,
+    /// What stands where there is no sample, as other programs write it.
+    missing: Vec<String>,
 }
 
 impl Seen {
@@ -36,6 +48,9 @@ impl Seen {
         };
         let plain = outside.replace([' ', '-', '/'], "_");
         let unit = |text: &str| unit_names().find(|(name, _)| *name == text).map(|(_, unit)| unit);
+        // at the end of a name psi is a heading
+        let in_brackets =
+            unit(inside).or_else(|| PASCALS.iter().map(|(known, _)| *known).find(|known| *known == inside));
         // of one word, or of two, as in deg_s
         let tail = |words: usize| {
             let start = plain.rmatch_indices(['_', '.']).nth(words - 1).map(|(at, _)| at + 1);
@@ -46,18 +61,23 @@ impl Seen {
         let words = stem.split(['_', '.']).filter(|word| !word.is_empty() && !NOTHING.contains(word));
         Self {
             words: words.map(str::to_owned).collect(),
-            unit: unit(inside).or(ending.map(|(_, unit)| unit)),
+            unit: in_brackets.or(ending.map(|(_, unit)| unit)),
+            in_brackets: (!inside.is_empty() && in_brackets.is_none()).then(|| inside.to_owned()),
             plain,
             name,
             numbers: 0,
             texts: 0,
+            words_in_cells: Vec::new(),
+            reads_as: [true; 2],
             min: f64::INFINITY,
             max: f64::NEG_INFINITY,
             first: None,
             last: f64::NAN,
+            beyond: [0; 2],
+            largest_step: 0.0,
             is_whole: true,
             sample: String::new(),
-            missing: None,
+            missing: Vec::new(),
         }
     }
 
@@ -68,7 +88,9 @@ impl Seen {
             return;
         }
         if MISSING.contains(&text.to_lowercase().as_str()) {
-            self.missing = Some(text.to_owned());
+            if !self.missing.iter().any(|known| known == text) {
+                self.missing.push(text.to_owned());
+            }
             return;
         }
         if self.sample.is_empty() {
@@ -77,11 +99,72 @@ impl Seen {
         match table::number_between(separator, text.as_bytes()).ok().filter(|value| value.is_finite()) {
             Some(value) => {
                 self.numbers += 1;
+                for (count, limit) in self.beyond.iter_mut().zip(BEYOND_RAD) {
+                    *count += usize::from(value.abs() > limit);
+                }
+                if self.numbers > 1 {
+                    self.largest_step = self.largest_step.max((value - self.last).abs());
+                }
                 (self.min, self.max, self.last) = (self.min.min(value), self.max.max(value), value);
                 self.first = self.first.or(Some(value));
                 self.is_whole &= value.fract() == 0.0;
             }
-            None => self.texts += 1,
+            None => {
+                self.texts += 1;
+                for (reads, order) in self.reads_as.iter_mut().zip(ORDERS) {
+                    *reads = *reads && order.unix_us(text).is_some();
+                }
+                if self.words_in_cells.len() <= MOST_MARKS && !self.words_in_cells.iter().any(|known| known == text) {
+                    self.words_in_cells.push(text.to_owned());
+                }
+            }
+        }
+    }
+
+    /// What stands where there is no sample; a few words among numbers are taken for that, too.
+    pub fn marks(&self) -> impl Iterator<Item = &String> {
+        self.missing.iter().chain(self.guessed_marks())
+    }
+
+    /// Words among numbers.
+    pub fn guessed_marks(&self) -> &[String] {
+        let are_few = self.is_number() && self.words_in_cells.len() <= MOST_MARKS;
+        if are_few { &self.words_in_cells } else { &[] }
+    }
+
+    /// Whether its dates can be read with the day first and with the month first.
+    pub fn is_open_date(&self) -> bool {
+        self.texts > 0 && self.reads_as == [true; 2]
+    }
+
+    /// Whether so many of its values are beyond that angle that they are no outliers.
+    fn is_often_beyond(&self, which: usize) -> bool {
+        self.numbers > 0 && 100 * self.beyond[which] >= self.numbers
+    }
+
+    /// Whether its values are too large for radians.
+    fn shows_degrees(&self, target: &str) -> bool {
+        match target {
+            "heading_rad" | "usbl_bearing_rad" => self.is_often_beyond(1) && !self.is_counted_on(),
+            "roll_rad" => self.is_often_beyond(1),
+            target if target.ends_with("_radps") => self.is_often_beyond(1),
+            _ => self.is_often_beyond(0),
+        }
+    }
+
+    /// Whether an angle in radians may go on over several turns: it begins within one, and leaps nowhere.
+    fn is_counted_on(&self) -> bool {
+        self.first.is_some_and(|first| first.abs() <= BEYOND_RAD[1]) && self.largest_step < PI
+    }
+
+    /// What speaks against the unit that its name states, where the draft takes that unit or another.
+    pub fn against_its_name(&self, unit: &str) -> Option<String> {
+        let stated = self.unit.filter(|stated| ["rad", "rad/s"].contains(stated))?;
+        let range = format!("its name says {stated}, its values are {} to {}", self.min, self.max);
+        match unit {
+            "deg" | "deg/s" => Some(format!("{range}: taken for {unit}")),
+            "rad" if self.is_often_beyond(1) => Some(format!("{range}: radians over several turns, or deg?")),
+            _ => None,
         }
     }
 
@@ -178,9 +261,11 @@ impl Seen {
         match target {
             t if t.ends_with("_radps") => match self.unit {
                 Some("deg") => "deg/s",
+                Some("rad" | "rad/s") if self.shows_degrees(target) => "deg/s",
                 Some("rad") => "rad/s",
                 _ => stated.unwrap_or(if largest > 3.0 { "deg/s" } else { "rad/s" }),
             },
+            t if t.ends_with("_rad") && stated == Some("rad") && self.shows_degrees(target) => "deg",
             t if t.ends_with("_rad") => stated.unwrap_or(if has_degrees || largest > 6.3 { "deg" } else { "rad" }),
             t if t.ends_with("_mps") => stated.unwrap_or(match largest {
                 l if t != "sound_speed_mps" && l > 1000.0 => "mm/s",
@@ -216,8 +301,13 @@ impl Seen {
         if !self.is_number() {
             let calendar = crate::importers::calendar::time_us(&self.sample);
             let is_clock = calendar.or(crate::importers::calendar::minutes_us(&self.sample)).is_some();
-            let is_instant = crate::importers::line_time::instant_us(&self.sample).is_some();
-            return if is_instant { Some(("iso", "epoch")) } else { is_clock.then_some(("hms", "start")) };
+            let dated = match self.reads_as {
+                _ if DateOrder::YearFirst.unix_us(&self.sample).is_some() => Some("iso"),
+                [true, _] if self.texts > 0 => Some("dmy"),
+                [_, true] if self.texts > 0 => Some("mdy"),
+                _ => None,
+            };
+            return dated.map(|unit| (unit, "epoch")).or(is_clock.then_some(("hms", "start")));
         }
         let first = self.first?;
         let span = (self.last - first) / self.numbers.max(2) as f64;
@@ -240,6 +330,12 @@ impl Seen {
     }
 }
 
+/// A quarter of a turn and a whole one, a little more than each, rad.
+const BEYOND_RAD: [f64; 2] = [1.6, 6.3];
+/// Orders in which a date is written where the year is last.
+const ORDERS: [DateOrder; 2] = [DateOrder::DayFirst, DateOrder::MonthFirst];
+/// Most different words among the numbers of a column that are taken for marks of no sample.
+const MOST_MARKS: usize = 3;
 /// Twenty seconds, d.
 const SECONDS_IN_DAYS: f64 = 20.0 / 86_400.0;
 

@@ -176,3 +176,75 @@ fn the_tests_of_columns_correct_the_draft() {
     assert!((heading - 0.5).abs() < 1e-6, "{heading} {}", draft.text);
     assert!(draft.text.contains("sure: course against heading: holds; changed: heading_rad is counted from east"));
 }
+
+/// What the reader does not take is left out or marked: the draft reads the table, or says what it lacks.
+#[test]
+fn a_draft_reads_its_own_table() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("odd.csv");
+    let rows = |header: &str, row: &dyn Fn(usize) -> String| {
+        let lines: Vec<String> = (0..60).map(row).collect();
+        std::fs::write(&path, format!("{header}\n{}\n", lines.join("\n"))).unwrap();
+        let draft = draft(&path).unwrap();
+        let read = ColumnMap::parse(&draft.text, Path::new("m.toml")).and_then(|map| read_mapped(&path, &map));
+        (draft, read)
+    };
+    // degrees and minutes as NMEA has them are no latitude
+    let (draft, read) = rows("time,lat,lon,depth", &|t| format!("{t},4130.1,-7040.2,{}.5", t % 7));
+    assert_eq!(read.unwrap().log.rows[1].get(Column::Depth), Some(1.5), "{}", draft.text);
+    assert!(draft.doubts[0].starts_with("\"lat\" is left out, it does not read: "), "{:?}", draft.doubts);
+    assert_eq!(draft.unused, ["lat", "lon"]);
+    let (draft, read) = rows("time,depth,depth,pitch_deg", &|t| format!("{t},{t},{t},{}", t % 7));
+    assert!(read.unwrap().log.has(Column::Pitch) && draft.doubts[0].contains("column depth appears twice"));
+    let (draft, read) = rows("time,depth", &|t| format!("{t},{}", if t == 9 { "ERR".into() } else { t.to_string() }));
+    assert_eq!(read.unwrap().log.column(Column::Depth).count(), 59);
+    assert!(draft.text.contains("missing = [\"ERR\"]  # check: what stands"), "{}", draft.text);
+    let (draft, _) = rows("depth,pitch", &|t| format!("{t},{}", t % 7));
+    assert!(draft.doubts[0].ends_with("no column looks like a time; name it in [time]"), "{:?}", draft.doubts);
+    let (draft, _) = rows("time,depth [furlong]", &|t| format!("{t},{t}"));
+    assert!(draft.text.contains("its name states \"furlong\", which is no unit of a mapping"), "{}", draft.text);
+    let (draft, read) = rows("time,press (psi)", &|t| format!("{t},{}", 20 + t));
+    assert!(read.is_ok() && draft.text.contains("unit = \"psi\""), "{}", draft.text);
+}
+
+/// A name that says radians over values of degrees; a heading that is counted on over several turns is one in radians.
+#[test]
+fn values_stand_above_the_unit_of_a_name() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("odd.csv");
+    let heading = |values: &dyn Fn(f64) -> f64| {
+        let lines: Vec<String> = (0..600).map(|t| format!("{t},{:.2}", values(f64::from(t)))).collect();
+        std::fs::write(&path, format!("t_s,heading_rad\n{}\n", lines.join("\n"))).unwrap();
+        let draft = draft(&path).unwrap();
+        let map = ColumnMap::parse(&draft.text, Path::new("m.toml")).unwrap();
+        let read = read_mapped(&path, &map).unwrap().log.rows[100].get(Column::Heading).unwrap();
+        (read, draft.checks.iter().map(|(entry, why)| format!("{entry}: {why}")).collect::<String>())
+    };
+    let (read, checks) = heading(&|t| (1.3 * t) % 360.0);
+    assert!((read - 130.0_f64.to_radians()).abs() < 1e-9, "{read}");
+    assert_eq!(checks, "heading_rad: its name says rad, its values are 0 to 358.9: taken for deg");
+    let (read, checks) = heading(&|t| 0.03 * t);
+    assert!((read - 3.0).abs() < 1e-9, "{read}");
+    assert_eq!(
+        checks,
+        "heading_rad: its name says rad, its values are 0 to 17.97: radians over several turns, or deg?"
+    );
+    assert_eq!(heading(&|t| (0.03 * t) % 6.28).1, "");
+}
+
+/// The day first where a field beyond twelve shows it; where none does, to be checked.
+#[test]
+fn dates_with_the_year_last() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("odd.csv");
+    for (date, unit, is_open) in
+        [("25/11/2026", "dmy", false), ("11/25/2026", "mdy", false), ("05/11/2026", "dmy", true)]
+    {
+        std::fs::write(&path, format!("time,depth\n{date} 14:03:22.5,1\n{date} 14:03:23.5,2\n")).unwrap();
+        let draft = draft(&path).unwrap();
+        assert!(draft.text.contains(&format!("unit = \"{unit}\"")), "{}", draft.text);
+        assert_eq!(draft.checks.iter().any(|(entry, _)| entry == "time"), is_open, "{:?}", draft.checks);
+        let map = ColumnMap::parse(&draft.text, Path::new("m.toml")).unwrap();
+        assert_eq!(read_mapped(&path, &map).unwrap().log.rows[1].time_us, 1_000_000);
+    }
+}

@@ -34,21 +34,31 @@ impl Parts<'_> {
         );
         let shown = if self.separator == b'\t' { "\\t".to_owned() } else { char::from(self.separator).to_string() };
         let _ = writeln!(text, "separator = \"{shown}\"");
-        let missing = self.columns.iter().filter_map(|column| column.missing.as_deref().map(quoted));
-        let mut missing: Vec<String> = missing.collect();
+        let mut missing: Vec<String> = self.columns.iter().flat_map(Seen::marks).map(|word| quoted(word)).collect();
+        let is_guess = self.columns.iter().any(|column| !column.guessed_marks().is_empty());
+        let mark = if is_guess { "check: " } else { "" };
         missing.sort_unstable();
         missing.dedup();
         if !missing.is_empty() {
-            let _ = writeln!(text, "missing = [{}]  # what stands where there is no sample", missing.join(", "));
+            let _ = writeln!(text, "missing = [{}]  # {mark}what stands where there is no sample", missing.join(", "));
         }
         text += "\n[time]\n";
         match self.time {
             Some((place, (unit, base))) => {
                 let column = &self.columns[place];
                 let is_sure = column.unit == Some(unit) || base == "epoch" || unit == "hms";
-                text += if is_sure { "# sure: by its name and size\n" } else { "# check: its name states no unit\n" };
+                text += if column.is_open_date() {
+                    "# check: these dates read with the day first and with the month first: dmy or mdy\n"
+                } else if is_sure {
+                    "# sure: by its name and size\n"
+                } else {
+                    "# check: its name states no unit\n"
+                };
                 let _ = writeln!(text, "column = {}  # {}", quoted(&column.name), column.range());
-                let _ = writeln!(text, "unit = \"{unit}\"  # s, ms, us, ns, min, h, d, hms, iso, datenum or excel");
+                let _ = writeln!(
+                    text,
+                    "unit = \"{unit}\"  # s, ms, us, ns, min, h, d, hms, iso, dmy, mdy, datenum or excel"
+                );
                 let _ = writeln!(text, "base = \"{base}\"  # start, or epoch: the first row is zero");
             }
             None => text += "column = \"?\"  # no column looks like a time: name it here\nunit = \"s\"\n",
@@ -135,8 +145,10 @@ impl Parts<'_> {
             self.time.iter().map(|(place, (unit, _))| (name(*place), format!("time in {unit}"))).collect();
         guesses.extend(self.quaternion.into_iter().flatten().map(|at| (name(at), "part of a quaternion".to_owned())));
         guesses.extend(self.entries.iter().map(|entry| (name(entry.place), entry.target.to_owned())));
+        let dates = self.time.filter(|(place, _)| self.columns[*place].is_open_date());
+        let dates = dates.map(|_| ("time".to_owned(), "the day or the month first: dmy or mdy".to_owned()));
         let checks = self.entries.iter().filter(|entry| entry.sure.is_none());
-        let checks = checks.map(|entry| (entry.target.to_owned(), entry.checks.join("; ")));
+        let checks = dates.into_iter().chain(checks.map(|entry| (entry.target.to_owned(), entry.checks.join("; "))));
         let mut head = String::new();
         for doubt in &doubts {
             comment(&mut head, "", &format!("Not right yet: {doubt}"));
