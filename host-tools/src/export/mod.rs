@@ -1,13 +1,11 @@
 //! `backseat export`: a log as tables for anybody, and for Foxglove.
 
-mod axis;
 mod foxglove;
 mod tables;
 
 use crate::decode::{self, Decoding};
 use anyhow::bail;
-use axis::Axis;
-use backseat_logs::session::{Clock, Damage, Entry, Event, Reader};
+use backseat_logs::session::{Axis, Clock, Damage, Entry, Event, Reader};
 use backseat_report::console::{self, Progress};
 use backseat_wire::hostlink::Port;
 use clap::ArgGroup;

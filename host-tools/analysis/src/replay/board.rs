@@ -24,6 +24,8 @@ pub struct Replay {
     /// The lock-step clock was set to zero: what comes before its first answer may be from before.
     settling: bool,
     time_us: u64,
+    /// What is added to the board's time, which begins again with each start, to have the session's, µs.
+    shift_us: i64,
     pub outcome: ExactReplay,
 }
 
@@ -33,7 +35,7 @@ pub struct ExactReplay {
     pub steps: usize,
     /// Steps whose digest is another.
     pub differing_steps: usize,
-    /// First and last step, board time, µs.
+    /// First and last step, time of the session, µs.
     pub span_us: Option<(u64, u64)>,
     pub digest: u64,
     pub bytes: usize,
@@ -59,6 +61,7 @@ impl Replay {
             comparing: !survey.lockstep,
             settling: false,
             time_us: 0,
+            shift_us: 0,
             outcome: ExactReplay::default(),
         };
         if !replay.stored.is_empty() {
@@ -72,13 +75,16 @@ impl Replay {
         replay
     }
 
-    /// Takes the log's next entry.
-    pub fn take(&mut self, entry: Entry) -> anyhow::Result<()> {
+    /// Takes the log's next entry, and where it stands in the session, µs.
+    pub fn take(&mut self, entry: Entry, placed_us: u64) -> anyhow::Result<()> {
         let Entry { time_us, event } = entry;
+        if let Event::Start { firmware, parameter_schema, image, restart, record } = &event {
+            // ends what was before it, by the time of that
+            self.start((firmware, *image), *parameter_schema, *restart, record)?;
+        }
+        self.shift_us = placed_us as i64 - time_us as i64;
         match event {
-            Event::Start { firmware, parameter_schema, image, restart, record } => {
-                self.start((&firmware, image), parameter_schema, restart, &record)?;
-            }
+            Event::Start { .. } => {}
             Event::Parameters(values) => self.parameters(&values)?,
             Event::Received { port, bytes } => {
                 self.input(time_us);
@@ -89,7 +95,7 @@ impl Replay {
             }
             Event::Sent { port, bytes } if self.lockstep => {
                 if self.comparing {
-                    self.comparison.logged(port, self.time_us, &bytes);
+                    self.comparison.logged(port, self.placed_us(self.time_us), &bytes);
                 }
             }
             Event::Sent { port, bytes } => self.sent.push((time_us, port, bytes)),
@@ -133,7 +139,7 @@ impl Replay {
         if self.lockstep {
             // a simulator resets its board under way: what was sent until now is complete
             self.input(self.time_us);
-            self.comparison.start_again(self.time_us);
+            self.comparison.start_again(self.placed_us(self.time_us));
         }
         self.time_us = 0;
         *self.app = App::new();
@@ -184,14 +190,15 @@ impl Replay {
         self.settle(before);
         self.time_us = time_us;
         self.app.step(time_us);
+        let placed_us = self.placed_us(time_us);
         let outcome = &mut self.outcome;
         outcome.steps += 1;
-        outcome.span_us = Some((outcome.span_us.map_or(time_us, |(first, _)| first.min(time_us)), time_us));
+        outcome.span_us = Some((outcome.span_us.map_or(placed_us, |(first, _)| first.min(placed_us)), placed_us));
         outcome.digest = self.app.digest();
         if self.comparing && self.app.digest() != digest {
             outcome.differing_steps += 1;
             outcome.step.get_or_insert_with(|| Difference {
-                t_s: seconds(time_us),
+                t_s: seconds(placed_us),
                 record: "step".to_owned(),
                 field: "digest of state and covariance".to_owned(),
                 logged: format!("{digest:016x}"),
@@ -209,6 +216,11 @@ impl Replay {
         let sent = std::mem::take(&mut self.sent);
         self.settle(sent);
         self.time_us = self.time_us.max(time_us);
+    }
+
+    /// A time of the board as that of the session, which goes on over its starts, µs.
+    fn placed_us(&self, time_us: u64) -> u64 {
+        time_us.saturating_add_signed(self.shift_us)
     }
 
     fn settled(&mut self) {
@@ -236,7 +248,7 @@ impl Replay {
             for port in Port::ALL {
                 let bytes = take(&mut self.app, port, usize::MAX);
                 if self.comparing {
-                    self.comparison.replayed(port, time_us, &bytes);
+                    self.comparison.replayed(port, self.placed_us(time_us), &bytes);
                 }
             }
         }
@@ -247,8 +259,9 @@ impl Replay {
         for (time_us, port, bytes) in sent {
             let replayed = take(&mut self.app, port, bytes.len());
             if self.comparing {
-                self.comparison.logged(port, time_us, &bytes);
-                self.comparison.replayed(port, time_us, &replayed);
+                let placed_us = self.placed_us(time_us);
+                self.comparison.logged(port, placed_us, &bytes);
+                self.comparison.replayed(port, placed_us, &replayed);
             }
         }
     }
@@ -263,7 +276,7 @@ impl Replay {
     pub fn hole(&mut self, why: &str) {
         let compared = std::mem::take(&mut self.comparing) || std::mem::take(&mut self.settling);
         if compared {
-            self.outcome.notes.push(format!("compared up to {} s: {why}", seconds(self.time_us)));
+            self.outcome.notes.push(format!("compared up to {} s: {why}", seconds(self.placed_us(self.time_us))));
         }
     }
 
@@ -271,7 +284,7 @@ impl Replay {
     pub fn finish(mut self) -> ExactReplay {
         self.input(self.time_us);
         if self.comparing {
-            self.comparison.finish(self.time_us);
+            self.comparison.finish(self.placed_us(self.time_us));
         }
         let Comparison { bytes, messages, losses, difference, .. } = self.comparison;
         if losses > 0 {

@@ -331,7 +331,7 @@ fn name(path: &str) -> String {
     }
 }
 
-/// Board time, s, to the microsecond.
+/// A time, s, to the microsecond.
 pub fn seconds(time_us: u64) -> String {
     format!("{}.{:06}", time_us / 1_000_000, time_us % 1_000_000)
 }

@@ -8,7 +8,7 @@ mod survey;
 
 use anyhow::{Context, bail};
 use approximate::Approximate;
-use backseat_logs::session::{Clock, Damage, Meta, Reader};
+use backseat_logs::session::{Axis, Clock, Damage, Meta, Reader};
 use backseat_report::console::Progress;
 use board::Replay;
 pub use compare::Difference;
@@ -59,11 +59,14 @@ pub fn replay(log: &Path) -> anyhow::Result<Replayed> {
     let found = match meta.clock {
         Clock::Board => {
             let mut replay = Replay::new(&survey);
+            let mut axis = Axis::of(log)?;
             while let Some(entry) = reader.next() {
                 if reader.damage().broken_records > 0 {
                     replay.hole("a part of the file is broken");
                 }
-                replay.take(entry?).with_context(named)?;
+                let entry = entry?;
+                let placed_us = axis.place(entry.time_us);
+                replay.take(entry, placed_us).with_context(named)?;
                 progress.set(reader.position().0 as usize);
             }
             Found::Exact(Box::new(replay.finish()))

@@ -27,6 +27,7 @@
 //! **Cuts.** Messages are written in chunks, each whole and with a CRC. A file that was cut off is
 //! good up to its last whole chunk; [`Reader::damage`] lists what is missing.
 
+mod axis;
 mod board_log;
 mod format;
 mod index;
@@ -35,6 +36,7 @@ mod record;
 mod telemetry;
 mod writer;
 
+pub use axis::Axis;
 pub use reader::Reader;
 pub(crate) use reader::sound_part;
 pub use telemetry::{EstimateRow, EstimatesRow, FusionRow, TelemetryRow};

@@ -52,14 +52,15 @@ fn a_session_with_resets_is_the_same_to_the_bit_and_what_it_lacks_is_told() {
     // the flight ends with the mission, which a reset ends
     assert!((1400..2400).contains(&steps), "all but the time without a board: {steps}");
     assert!(said["compared"]["messages"].as_u64().unwrap() > 4000, "{said}");
+    // one time axis over all starts: all steps, and at most the 3 s without a board
+    let (stepped_s, replayed_s) = (0.1 * steps as f64, said["simulated_s"].as_f64().unwrap());
+    assert!((stepped_s - 1.0..stepped_s + 4.0).contains(&replayed_s), "{replayed_s} s, {stepped_s} s");
 
     // Its tables have one time axis, and the vehicle's log is navigated.
     let tables = folder.path().join("tables");
     let (code, _, stderr) = backseat(&["export", path.to_str().unwrap(), "--csv", tables.to_str().unwrap()]);
     assert_eq!(code, 0, "{stderr}");
     let log = backseat_logs::Log::read(&tables.join("vehicle_log.csv")).unwrap();
-    // all steps, and at most the 3 s without a board
-    let stepped_s = 0.1 * steps as f64;
     assert!((stepped_s - 1.0..stepped_s + 4.0).contains(&log.duration_s()), "{} s, {stepped_s} s", log.duration_s());
     let log = tables.join("vehicle_log.csv");
     let (code, _, stderr) = backseat(&["navigate", log.to_str().unwrap(), "--no-dvl", "--json", "--force"]);

@@ -3,8 +3,8 @@
 //! Where both parts have UTC the second stands where UTC has it. Otherwise it goes on a step behind the first: how long
 //! the board was away, its log does not know.
 
-use backseat_logs::DataError;
-use backseat_logs::session::{Event, Reader};
+use super::{Event, Reader};
+use crate::DataError;
 use backseat_wire::hostlink::{Decoder, FromBoard, Port};
 use std::path::Path;
 
