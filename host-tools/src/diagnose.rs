@@ -2,13 +2,13 @@
 
 use crate::log_input::{Beside, LogInput, explain_failure};
 use crate::outcome::Outcome;
-use crate::output::{Output, make_folder_of};
+use crate::output::Output;
 use anyhow::bail;
 use backseat_analysis::diagnose::{self, Files, Options, TERMS_FILE, torpedo};
 use backseat_analysis::effect::terms::Terms;
 use backseat_analysis::read_log::ReadLog;
 use backseat_analysis::uses;
-use backseat_logs::output::{Existing, write as write_file};
+use backseat_logs::output::{self, Existing};
 use backseat_logs::{Truth, VehicleFile};
 use std::path::PathBuf;
 
@@ -72,6 +72,9 @@ pub struct Args {
 pub fn run(args: &Args) -> anyhow::Result<Outcome> {
     let vehicle_path = args.out.clone().or_else(|| args.output.in_report("vehicle.toml"));
     args.output.check(&[&vehicle_path, &args.output.in_report(TERMS_FILE)])?;
+    if let Some(picture) = &args.picture {
+        output::check(picture, Existing::Replace)?;
+    }
     let vehicle = args.vehicle.as_ref().map(|path| VehicleFile::read(path)).transpose()?;
     let Some(mut read) = read(args)? else { return Ok(Outcome::Doubtful) };
     args.beside.join(&mut read, vehicle.as_ref().unwrap_or(&VehicleFile::reference()))?;
@@ -100,10 +103,9 @@ fn short_runs(
     }
     let result = torpedo::compute(read, vehicle)?;
     if let (Some(path), Some(picture)) = (&args.picture, torpedo::picture(&result)?) {
-        write_file(path, Existing::Replace, |file| file.write_all(picture.as_bytes()))?;
+        output::write(path, Existing::Replace, |file| file.write_all(picture.as_bytes()))?;
     }
     if let Some(path) = &vehicle_path {
-        make_folder_of(path)?;
         let source = format!("found by `backseat diagnose` in {}", args.log.display());
         result.diagnosis.vehicle.write(path, &source, args.output.existing())?;
     }
@@ -123,13 +125,11 @@ fn write(
     let (found, existing) = (&result.diagnosis, args.output.existing());
     let vehicle_path = vehicle_path.filter(|_| !found.effects.is_empty());
     if let Some(path) = &vehicle_path {
-        make_folder_of(path)?;
         result.vehicle.write(path, &result.source(), existing)?;
     }
     let terms = Terms::of(&found.proposed, &found.effects);
     let terms_path = args.output.in_report(TERMS_FILE).filter(|_| !terms.is_empty());
     if let Some(path) = &terms_path {
-        make_folder_of(path)?;
         terms.write(path, &args.log.display().to_string(), existing)?;
     }
     let options = options(args, read);

@@ -5,7 +5,7 @@ use crate::output;
 use anyhow::bail;
 use backseat_analysis::map;
 use backseat_logs::importers;
-use backseat_logs::output::{Existing, write};
+use backseat_logs::output::{Existing, check, write};
 use backseat_report::console;
 use std::path::PathBuf;
 
@@ -41,6 +41,9 @@ pub struct Args {
 /// Drafts and writes.
 pub fn run(args: &Args) -> anyhow::Result<Outcome> {
     let existing = if args.force { Existing::Replace } else { Existing::Keep };
+    if let Some(path) = &args.out {
+        check(path, existing)?;
+    }
     let draft = importers::draft(&args.table)?;
     if draft.guesses.len() < 2 {
         bail!(

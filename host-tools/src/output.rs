@@ -1,9 +1,8 @@
 //! The options by which a command shows and writes its report.
 
-use anyhow::Context;
 use backseat_logs::output::{self, Existing};
 use backseat_report::{Report, console};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// Where a report goes: the terminal, as text or as JSON, and a page.
 #[derive(clap::Args)]
@@ -42,7 +41,7 @@ impl Output {
     /// Before any work: whether the page and these files can be written.
     ///
     /// # Errors
-    /// One of them exists, and `--force` was not given.
+    /// One of them exists, and `--force` was not given; or nothing can be written there.
     pub fn check(&self, others: &[&Option<PathBuf>]) -> anyhow::Result<()> {
         let page = self.page();
         let mut paths = [&page].into_iter().chain(others.iter().copied()).flatten();
@@ -57,7 +56,6 @@ impl Output {
         let page = self.page();
         let report = report.file("report", page.as_deref());
         if let Some(page) = &page {
-            make_folder_of(page)?;
             output::write(page, self.existing(), |file| file.write_all(report.html().as_bytes()))?;
         }
         self.print(&report)
@@ -70,15 +68,6 @@ impl Output {
     pub fn print(&self, report: &Report) -> anyhow::Result<()> {
         print(report, self.json)
     }
-}
-
-/// Makes the folder that a file is to be in.
-///
-/// # Errors
-/// What the operating system reports.
-pub fn make_folder_of(path: &Path) -> anyhow::Result<()> {
-    let Some(folder) = path.parent() else { return Ok(()) };
-    std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())
 }
 
 /// Prints a report.

@@ -9,6 +9,7 @@ mod line;
 use crate::board::Common;
 use anyhow::bail;
 use backseat_link::board::{Board, reason};
+use backseat_logs::output::{self, Existing};
 use backseat_wire::hostlink::Telemetry;
 use judge::Look;
 use line::{CheckLine, Verdict};
@@ -59,6 +60,9 @@ pub struct Args {
 
 /// Observes the board, judges and prints.
 pub fn run(args: &Args) -> anyhow::Result<()> {
+    if let Some(path) = &args.report {
+        output::check(path, Existing::Keep)?;
+    }
     let lines = if args.hil { hil::lines(&args.common)? } else { with_devices(args)? };
     if let Some(path) = &args.report {
         let (port, when) = (args.common.port.to_string(), judge::date(now_us()));

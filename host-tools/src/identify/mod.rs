@@ -4,7 +4,7 @@ mod plan;
 
 use crate::log_input::{LogInput, explain_failure};
 use crate::outcome::Outcome;
-use crate::output::{Output, make_folder_of};
+use crate::output::Output;
 use backseat_analysis::identify::{IdentificationResult, SCALES, Settings};
 use backseat_analysis::read_log::ReadLog;
 use backseat_analysis::uses;
@@ -137,7 +137,6 @@ fn write(
     // a file that repeats the declared vehicle would be taken for a result
     let vehicle_path = vehicle_path.filter(|_| found.vehicle().is_some());
     if let (Some(path), Some((vehicle, source))) = (&vehicle_path, found.vehicle()) {
-        make_folder_of(path)?;
         vehicle.write(path, &source, args.output.existing())?;
     }
     let report = found.report().file("vehicle_file", vehicle_path.as_deref());

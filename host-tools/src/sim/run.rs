@@ -94,6 +94,9 @@ pub fn run(arguments: &Args) -> anyhow::Result<Outcome> {
     if !matches!(backseat, "host" | "qemu") && !backseat.starts_with('/') {
         bail!("--backseat {backseat}: expected `host`, `qemu` or five serial ports (frontseat,dvl,ahrs,modem,host)");
     }
+    if let Some(path) = &arguments.picture {
+        output::check(path, Existing::Replace)?;
+    }
     let stop = stop_on_interrupt()?;
     let options = Options {
         scenario: arguments.scenario.clone(),
