@@ -1,6 +1,7 @@
 //! What goes to the terminal.
 
 use crate::lettering::printable;
+use crate::text::prose;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::{self, Write};
 use std::time::{Duration, Instant};
@@ -16,6 +17,11 @@ fn visible(text: &str) -> String {
 /// Writes a line to stderr; whether anybody reads it is not this program's care.
 pub fn say(line: &str) {
     let _ = writeln!(io::stderr(), "{}", visible(line));
+}
+
+/// Writes prose to stderr, in lines of a terminal.
+pub fn tell(text: &str) {
+    say(&prose(text));
 }
 
 /// Writes to stdout; a reader that has gone (`| head`) is no failure.

@@ -8,11 +8,13 @@ use std::fmt::Write as _;
 
 /// Columns of a terminal that nobody has enlarged.
 const WIDTH: usize = 80;
-/// A column of words is not made narrower than this: a table of many numbers is wider than [`WIDTH`] instead.
+/// A column of words is not made narrower than this: a table of many numbers is broken into several instead.
 const NARROWEST: u16 = 24;
+/// Blanks between two columns.
+const BETWEEN: u16 = 2;
 
 /// Prose in lines of [`WIDTH`]; lines with blanks in front stay as they are.
-fn prose(text: &str) -> String {
+pub(crate) fn prose(text: &str) -> String {
     let line = |line: &str| if line.starts_with(' ') { line.to_owned() } else { broken(line, WIDTH, 2) };
     text.lines().map(line).collect::<Vec<_>>().join("\n")
 }
@@ -63,27 +65,62 @@ fn aligned(parts: &[&Part]) -> String {
 }
 
 impl Table {
-    /// Numbers are never broken; words are, where the table is wider than a terminal.
+    /// Numbers are never broken; words are, where the table is wider than a terminal. Columns that do not fit beside the
+    /// others stand below them, with the first column again.
     fn to_text(&self) -> String {
+        let caption = if self.caption.is_empty() { String::new() } else { prose(&self.caption) + "\n" };
+        let blocks: Vec<String> = self.blocks().iter().map(|places| self.block(places) + "\n").collect();
+        caption + &blocks.join("\n")
+    }
+
+    /// The columns that fit beside each other.
+    fn blocks(&self) -> Vec<Vec<usize>> {
+        let widest = |place: usize| {
+            let cells = self.rows.iter().chain([&self.header]).filter_map(|row| row.get(place));
+            cells.flat_map(|cell| cell.lines()).map(|line| line.chars().count()).max().unwrap_or(0)
+        };
+        let width = |place: usize| {
+            let words = if self.is_numeric(place) { usize::MAX } else { usize::from(NARROWEST) };
+            widest(place).min(words) + usize::from(BETWEEN)
+        };
+        let mut blocks = vec![vec![0]];
+        for place in 1..self.columns() {
+            match blocks.last_mut() {
+                Some(block) if block.len() == 1 || fits(block.iter().copied().chain([place]).map(width).sum()) => {
+                    block.push(place);
+                }
+                _ => blocks.push(vec![0, place]),
+            }
+        }
+        blocks
+    }
+
+    /// These columns beside each other.
+    fn block(&self, places: &[usize]) -> String {
+        let of = |row: &Vec<String>| places.iter().map(|place| row.get(*place).cloned().unwrap_or_default()).collect();
         let mut text = comfy_table::Table::new();
         text.load_preset(presets::NOTHING)
             .set_content_arrangement(ContentArrangement::Dynamic)
             .set_width(WIDTH as u16)
-            .set_header(&self.header)
-            .add_rows(&self.rows);
+            .set_header::<Vec<String>>(of(&self.header))
+            .add_rows(self.rows.iter().map(|row| -> Vec<String> { of(row) }));
         let widths = text.column_max_content_widths();
-        for (place, (column, width)) in text.column_iter_mut().zip(widths).enumerate() {
-            column.set_padding((0, 2));
+        for (&place, (column, width)) in places.iter().zip(text.column_iter_mut().zip(widths)) {
+            column.set_padding((0, BETWEEN));
             if self.is_numeric(place) {
                 column.set_cell_alignment(CellAlignment::Right);
                 column.set_constraint(ColumnConstraint::ContentWidth);
             } else {
-                column.set_constraint(ColumnConstraint::LowerBoundary(Width::Fixed(width.min(NARROWEST) + 2)));
+                column.set_constraint(ColumnConstraint::LowerBoundary(Width::Fixed(width.min(NARROWEST) + BETWEEN)));
             }
         }
-        let caption = if self.caption.is_empty() { String::new() } else { prose(&self.caption) + "\n" };
-        caption + &text.trim_fmt() + "\n"
+        text.trim_fmt()
     }
+}
+
+/// Whether columns of this width together, each with the blanks behind it, fit beside each other.
+const fn fits(width: usize) -> bool {
+    width <= WIDTH + BETWEEN as usize
 }
 
 #[cfg(test)]
@@ -132,5 +169,19 @@ mod tests {
         // nothing is lost, and numbers stay whole
         assert_eq!(text.matches("assumed").count(), 7 * 9, "{text}");
         assert!(text.lines().any(|line| line.ends_with("24.72    104.01   209.61        1.19")), "{text}");
+    }
+
+    /// What does not fit beside the other numbers stands below, each row by its name.
+    #[test]
+    fn a_table_of_many_numbers_is_broken_between_columns() {
+        let sensors = ["depth", "attitude", "rates", "dvl", "gnss", "ship_gnss", "range", "range_rate"];
+        let header: Vec<&str> = ["navigation"].into_iter().chain(sensors).collect();
+        let row = |name: &'static str| [name; 1].into_iter().chain(["0.95 (0)"; 8]);
+        let table = Table::new("NIS", &header).row(row("backseat: dynamic, no DVL, packets")).row(row("kinematic"));
+        let text = Report::new("Title", "answer").table(table).to_text();
+        assert!(text.lines().all(|line| line.chars().count() <= 80 && line.trim_end() == line), "{text}");
+        assert_eq!((text.matches("0.95 (0)").count(), text.matches("kinematic").count()), (16, 2), "{text}");
+        let place = |word: &str| text.find(word).unwrap_or_else(|| panic!("{word}: {text}"));
+        assert!(place("depth") < place("range_rate"), "{text}");
     }
 }

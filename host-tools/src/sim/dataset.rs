@@ -2,8 +2,8 @@
 
 use crate::output::print;
 use anyhow::bail;
-use backseat_logs::VehicleFile;
-use backseat_report::{Report, console};
+use backseat_logs::{VehicleFile, output};
+use backseat_report::{Report, Table, console};
 use hil_sim::dataset::{self, Shape, Spec};
 use hil_sim::noise::NoiseKind;
 use hil_sim::scenario::{Request, effects};
@@ -80,8 +80,10 @@ fn noise(text: &str) -> Result<NoiseKind, String> {
 /// An effect that is unknown, a vehicle file that is wrong, a file that exists or cannot be written.
 pub fn run(arguments: &Args) -> anyhow::Result<()> {
     if arguments.list {
-        let text = if arguments.json { format!("{}\n", list_json()) } else { list() };
-        return console::print(text.as_bytes());
+        return match arguments.json {
+            true => console::print(format!("{}\n", list_json()).as_bytes()),
+            false => print(&list(), false),
+        };
     }
     let (Some(seed), Some(hours), Some(out)) = (arguments.seed, arguments.hours, &arguments.out) else {
         bail!("--seed, --hours and --out are needed");
@@ -92,6 +94,7 @@ pub fn run(arguments: &Args) -> anyhow::Result<()> {
     if out.join("log.csv").exists() {
         bail!("{}: holds a log already", out.display());
     }
+    output::check_folder(out)?;
     let vehicle = match &arguments.vehicle {
         Some(path) => VehicleFile::read(path)?,
         None => VehicleFile::reference(),
@@ -149,18 +152,16 @@ fn list_json() -> Value {
 }
 
 /// Every effect with its parameters.
-fn list() -> String {
-    let mut text = String::new();
-    for (catalogue, title) in [(true, "In the catalogue"), (false, "In no catalogue")] {
-        text += &format!("{title}:\n");
-        for kind in effects::all().filter(|kind| kind.catalogue == catalogue) {
-            let numbers: Vec<String> = kind
-                .parameters
-                .iter()
-                .map(|p| format!("{}{}", p.name, if p.optional { " (or 0)" } else { "" }))
-                .collect();
-            text += &format!("  {:<20} {}\n  {:<20}   {}\n", kind.name, kind.about, "", numbers.join(", "));
-        }
-    }
-    text
+fn list() -> Report {
+    let table = |catalogue, title| {
+        let kinds = effects::all().filter(|kind| kind.catalogue == catalogue);
+        kinds.fold(Table::new(title, &["effect", "what it does", "parameters"]), |table, kind| {
+            let parameters = kind.parameters.iter();
+            let parameters = parameters.map(|p| format!("{}{}", p.name, if p.optional { " (or 0)" } else { "" }));
+            table.row([kind.name.to_owned(), kind.about.to_owned(), parameters.collect::<Vec<_>>().join(", ")])
+        })
+    };
+    Report::new("Effects", "What `--effect` puts into a data set.")
+        .table(table(true, "In the catalogue"))
+        .table(table(false, "In no catalogue"))
 }

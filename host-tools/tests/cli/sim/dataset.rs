@@ -172,3 +172,10 @@ fn the_folder_keeps_the_truth_apart_and_the_log_betrays_nothing() {
     assert!(unknown.stderr.contains("no effect gremlin"));
     assert!(!folder.path().join("c").exists());
 }
+
+#[test]
+fn the_list_of_effects_is_as_wide_as_a_terminal() {
+    let list = program(std::env::temp_dir().as_path(), ["sim", "dataset", "--list"]).good("--list");
+    assert!(list.lines().all(|line| line.chars().count() <= 80), "{list}");
+    assert!(list.contains("water_density") && list.contains("In no catalogue"), "{list}");
+}
