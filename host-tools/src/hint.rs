@@ -1,7 +1,7 @@
 //! How the command line gives what an error of the libraries asks for: they know no options and no commands.
 
 /// Words of an error, and what to do about it here.
-pub const HINTS: [(&str, &str); 15] = [
+pub const HINTS: [(&str, &str); 16] = [
     ("exists already", "--force replaces it"),
     (" does not fly: ", "`backseat vehicle check` says more, --force flies it"),
     ("holds a flight already", "--out names another"),
@@ -13,6 +13,7 @@ pub const HINTS: [(&str, &str); 15] = [
     ("a scenario, not a log", "`backseat sim run FILE` flies it and writes one"),
     ("a mission, not a log", "`backseat mission put PORT FILE` stores it on the board"),
     ("a vehicle file, not a log", "--vehicle FILE"),
+    ("give one of the logs in it", "`backseat info FILE` says what each is for"),
     ("a session, not a table", "`backseat export FILE --csv DIR`"),
     ("without the latitude and longitude of their origin", "--origin states that of the vehicle's log"),
     ("the kinematic model does not", "--model kinematic"),

@@ -60,6 +60,24 @@ const TEXTS: [(&str, (&str, &str)); 7] = [
     ("[{", ("a JSON file", "write one row a time as CSV, with the names of the columns in the first line")),
 ];
 
+/// Opens a file that is read more than once, as nearly all are: to see what it is, and then to read it.
+///
+/// # Errors
+/// What the operating system reports; a pipe or a device, which can be read once only, or never ends.
+pub fn open(path: &Path) -> Result<File, DataError> {
+    if is_stream(path) {
+        let message =
+            "a pipe or a device, which cannot be read twice: write what comes from it into a file, and give that";
+        return Err(DataError::file(path, message));
+    }
+    File::open(path).map_err(|e| DataError::io(path, &e))
+}
+
+/// A pipe, a socket or a device: to open one may wait for ever.
+fn is_stream(path: &Path) -> bool {
+    path.metadata().is_ok_and(|found| !found.is_file() && !found.is_dir())
+}
+
 /// What a path is, and what to do with it; `None` of a text that may be a table, and of what is not known.
 #[must_use]
 pub fn of(path: &Path) -> Option<(&'static str, &'static str)> {
@@ -69,14 +87,15 @@ pub fn of(path: &Path) -> Option<(&'static str, &'static str)> {
         if has(".mcap") || has(".db3") {
             return None; // a ROS 2 bag: its reader says what is missing
         }
-        let next = if has(".csv") || has(".log") { "give one of the logs in it" } else { "give a log" };
+        let next =
+            if [".csv", ".csv.gz", ".log"].into_iter().any(has) { "give one of the logs in it" } else { "give a log" };
         return Some(("a folder", next));
     }
     let mut beginning = Vec::new();
-    let _ = File::open(path).ok()?.take(512).read_to_end(&mut beginning);
+    let _ = open(path).ok()?.take(512).read_to_end(&mut beginning);
     if beginning.starts_with(&[0x1f, 0x8b]) {
         let mut inside = Vec::new();
-        let _ = flate2::read::GzDecoder::new(File::open(path).ok()?).take(512).read_to_end(&mut inside);
+        let _ = flate2::read::GzDecoder::new(open(path).ok()?).take(512).read_to_end(&mut inside);
         beginning = inside;
     }
     if beginning.is_empty() {
@@ -98,9 +117,21 @@ pub fn of(path: &Path) -> Option<(&'static str, &'static str)> {
 /// What is to be said in place of an error, where the file is of another kind.
 pub(crate) fn instead(path: &Path, error: DataError) -> DataError {
     match of(path) {
-        Some((what, next)) => DataError::file(path, format!("{what}, not a log: {next}")),
+        Some((what, next)) => DataError::file(path, format!("{what}, not a log: {next}{}", names(path))),
         None => error,
     }
+}
+
+/// The files in a folder, by name; the first of many.
+fn names(path: &Path) -> String {
+    const MOST: usize = 8;
+    let Ok(entries) = std::fs::read_dir(path) else { return String::new() };
+    let files = entries.flatten().filter(|entry| entry.path().is_file());
+    let mut names: Vec<String> = files.map(|entry| entry.file_name().to_string_lossy().into_owned()).collect();
+    names.sort_unstable();
+    let more = if names.len() > MOST { format!(" and {} more", names.len() - MOST) } else { String::new() };
+    names.truncate(MOST);
+    if names.is_empty() { String::new() } else { format!(": {}{more}", names.join(", ")) }
 }
 
 #[cfg(test)]
@@ -129,7 +160,11 @@ mod tests {
             assert!(complaint.contains(what) && complaint.contains(", not a log: "), "{complaint}");
         }
         let complaint = crate::importers::read(folder.path()).unwrap_err().to_string();
-        assert!(complaint.contains("a folder, not a log: give one of the logs in it"), "{complaint}");
+        assert!(
+            complaint.contains("a folder, not a log: give one of the logs in it: a, a.bin, a.csv, "),
+            "{complaint}"
+        );
+        assert!(complaint.ends_with(" and 1 more"), "{complaint}");
         std::fs::write(folder.path().join("bag.db3"), "").unwrap();
         let complaint = crate::importers::read(folder.path()).unwrap_err().to_string();
         assert!(!complaint.contains("give one of the logs"), "{complaint}");

@@ -1,7 +1,6 @@
 //! The text of a file of settings: vehicle file, scenario, mission, mapping and the like, all of them TOML.
 
 use crate::DataError;
-use std::fs::File;
 use std::io::{ErrorKind, Read};
 use std::path::Path;
 
@@ -14,7 +13,7 @@ const MAX_BYTES: u64 = 16 << 20;
 /// A file that cannot be read, is no text, or is longer than any settings are.
 pub fn read(path: &Path) -> Result<String, DataError> {
     let mut text = String::new();
-    let mut file = File::open(path).map_err(|error| DataError::io(path, &error))?.take(MAX_BYTES + 1);
+    let mut file = crate::kinds::open(path)?.take(MAX_BYTES + 1);
     let result = file.read_to_string(&mut text);
     if file.limit() == 0 {
         let message = format!("more than {} MiB: not a file of settings", MAX_BYTES >> 20);

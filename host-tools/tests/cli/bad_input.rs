@@ -380,6 +380,61 @@ fn a_byte_order_mark_and_crlf_are_read_as_nothing() {
     }
 }
 
+/// Where a result cannot be written a command says so before its work: here before it looks for its log.
+#[test]
+fn a_place_that_takes_no_result_is_told_first() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("file"), KEPT).unwrap();
+    for command in [
+        "navigate none.csv --out file/track.csv",
+        "navigate none.csv --learn file/next.toml",
+        "navigate none.csv --report file",
+        "identify none.csv --out file/found.toml",
+        "identify --plan file/mission.toml --duration 600",
+        "diagnose none.csv --out file/found.toml",
+        "diagnose none.csv --picture file/picture.svg",
+        "diagnose none.csv --report file/why",
+        "bench none.csv --out file/noise.toml",
+        "map none.csv --out file/map.toml",
+        "sim run none.toml --picture file/picture.svg",
+        "sim dataset --effect none --seed 1 --hours 20 --out file/set",
+        "check none --report file/launch.html",
+        "mission get none file/mission.toml",
+        "params export none file/board.toml",
+    ] {
+        let words: Vec<&str> = command.split(' ').collect();
+        let complaint = crate::harness::program(folder.path(), &words).complaint(command);
+        assert!(complaint.contains("file: is a file; expected a folder"), "{command}: {complaint}");
+    }
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+}
+
+/// What comes through a pipe can be read once only: it is refused in one line, and nothing waits.
+#[test]
+fn a_pipe_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let made = std::process::Command::new("mkfifo").arg(folder.path().join("pipe")).status().unwrap();
+    assert!(made.success());
+    fs::write(folder.path().join("log.csv"), "t_s,depth_m\n0,1\n1,1\n").unwrap();
+    for command in [
+        "info pipe",
+        "map pipe",
+        "navigate pipe",
+        "diagnose pipe",
+        "identify pipe",
+        "bench pipe",
+        "export pipe --csv tables",
+        "replay pipe",
+        "info log.csv --columns pipe",
+        "navigate log.csv --vehicle pipe",
+        "info /dev/null",
+    ] {
+        let words: Vec<&str> = command.split(' ').collect();
+        let complaint = crate::harness::program(folder.path(), &words).complaint(command);
+        assert!(complaint.contains("a pipe or a device, which cannot be read twice: write"), "{command}: {complaint}");
+    }
+}
+
 #[test]
 fn scenarios() {
     let good = include_str!("../../../hil-sim/scenarios/survey.toml");

@@ -6,7 +6,6 @@ use backseat_logs::importers;
 use backseat_logs::session::{Event, Reader};
 use backseat_logs::{DataError, Log, Truth, kinds};
 use backseat_report::Report;
-use std::fs::File;
 use std::io::Read as _;
 use std::path::Path;
 
@@ -46,7 +45,7 @@ fn is_session(path: &Path) -> Result<bool, DataError> {
         return Ok(false);
     }
     let mut head = [0; 64];
-    let mut file = File::open(path).map_err(|e| DataError::io(path, &e))?;
+    let mut file = kinds::open(path)?;
     let count = file.read(&mut head).map_err(|e| DataError::io(path, &e))?;
     let is_board_log = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("bsl"));
     Ok(importers::is_bag(&head[..count]) == Some(false) || is_board_log)

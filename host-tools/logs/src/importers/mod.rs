@@ -33,10 +33,9 @@ pub use mapping::ColumnMap;
 pub use ros_bag::is_bag;
 
 use crate::log::{mat, table};
-use crate::{DataError, Log};
+use crate::{DataError, Log, kinds};
 use format::Format;
 use formats::FORMATS;
-use std::fs::File;
 use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
 
@@ -69,7 +68,7 @@ pub struct Imported {
 /// # Errors
 /// As the reader of the format; a file of no known format is read as a vehicle log. Of what is no log: what it is.
 pub fn read(path: &Path) -> Result<Imported, DataError> {
-    let instead = |error| crate::kinds::instead(path, error);
+    let instead = |error| kinds::instead(path, error);
     match other_than_table(path).map_err(instead)? {
         Some((_, read)) => read(path, None),
         None => read_table(path).map_err(instead),
@@ -178,7 +177,7 @@ fn first_bytes(from: impl Read) -> Vec<u8> {
 
 /// The first bytes as they stand in the file.
 fn beginning(path: &Path) -> Result<Vec<u8>, DataError> {
-    Ok(first_bytes(File::open(path).map_err(|e| DataError::io(path, &e))?))
+    Ok(first_bytes(kinds::open(path)?))
 }
 
 /// Far longer than any header.
@@ -226,7 +225,7 @@ fn check_text(path: &Path, header: &str) -> Result<(), DataError> {
 /// # Errors
 /// Where the file does not fit the mapping.
 pub fn read_mapped(path: &Path, map: &ColumnMap) -> Result<Imported, DataError> {
-    let instead = |error| crate::kinds::instead(path, error);
+    let instead = |error| kinds::instead(path, error);
     if let Some((_, read)) = other_than_table(path).map_err(instead)? {
         return read(path, Some(map));
     }

@@ -60,7 +60,7 @@ pub(crate) struct MatTable {
 /// Reads the arrays of a file.
 pub(crate) fn read(path: &Path) -> Result<MatTable, DataError> {
     let mut bytes = Vec::new();
-    let file = std::fs::File::open(path).map_err(|e| DataError::io(path, &e))?;
+    let file = crate::kinds::open(path)?;
     file.take(MAX_BYTES + 1).read_to_end(&mut bytes).map_err(|e| DataError::io(path, &e))?;
     if bytes.len() as u64 > MAX_BYTES {
         return Err(DataError::file(path, format!("more than {} GiB: split it", MAX_BYTES >> 30)));

@@ -5,7 +5,6 @@ use super::mat;
 use crate::DataError;
 use csv::{ByteRecord, ErrorKind, ReaderBuilder, Terminator};
 use flate2::read::MultiGzDecoder;
-use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read};
 use std::path::Path;
 
@@ -84,7 +83,7 @@ fn without_comments<R: BufRead>(mut text: R) -> io::Result<(Vec<u8>, R)> {
 
 /// Opens a file that need not be text, decompressing it if it is gzip.
 pub(crate) fn open_bytes(path: &Path) -> Result<Box<dyn Read>, DataError> {
-    let mut file = File::open(path).map_err(|e| DataError::io(path, &e))?;
+    let mut file = crate::kinds::open(path)?;
     let magic = first(&mut file, 2).map_err(|e| DataError::io(path, &e))?;
     let is_gzip = magic == [0x1f, 0x8b];
     let whole = io::Cursor::new(magic).chain(file);

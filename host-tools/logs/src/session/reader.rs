@@ -36,7 +36,7 @@ impl Reader {
     /// If it cannot be read, or is neither.
     pub fn open(path: &Path) -> Result<Self, DataError> {
         let io = |error| DataError::io(path, &error);
-        let mut file = File::open(path).map_err(io)?;
+        let mut file = crate::kinds::open(path)?;
         let mut magic = Vec::new();
         (&mut file).take(MAGIC.len() as u64).read_to_end(&mut magic).map_err(io)?;
         file.rewind().map_err(io)?;
