@@ -12,8 +12,9 @@ const HEARTBEAT: u16 = 150;
 const ESTIMATED_STATE: u16 = 350;
 /// Announce, `sys_type`: UUV.
 const UUV: u8 = 2;
-/// Neptus takes a system for lost after some seconds. Records come every 0.1 s, or nearly so.
-const HEARTBEAT_S: f64 = 0.95;
+/// Neptus takes a system for lost after some seconds. Records come every 0.1 s, or with `--rate 1` 0.9 to 1.1 s apart: each
+/// of these is a beat.
+const HEARTBEAT_S: f64 = 0.85;
 const ANNOUNCE_S: f64 = 10.0;
 
 /// Sends to one address.
@@ -170,5 +171,24 @@ mod tests {
         let packet = packet(0.0, 1, HEARTBEAT, &[]);
         let crc = crc::Crc::<u16>::new(&crc::CRC_16_ARC).checksum(&packet[..20]);
         assert_eq!(packet[20..], crc.to_le_bytes());
+    }
+
+    /// As `--rate 1` lets records through: none of them comes without a beat, so that nobody waits two seconds for one.
+    #[test]
+    fn a_record_a_second_is_a_beat_a_second() {
+        let receiver = UdpSocket::bind("127.0.0.1:0").unwrap();
+        receiver.set_read_timeout(Some(std::time::Duration::from_secs(600))).unwrap();
+        let mut sender = Sender::open(receiver.local_addr().unwrap(), "auv", 1).unwrap();
+        let telemetry = telemetry();
+        for utc_us in [0, 900_000, 2_000_000, 2_900_000, 4_000_000_u64] {
+            sender.send(&Place { utc_us, ..place(&telemetry) });
+        }
+        let mut packet = [0; 512];
+        let mut numbers = Vec::new();
+        while numbers.iter().filter(|number| **number == ESTIMATED_STATE).count() < 5 {
+            receiver.recv(&mut packet).unwrap();
+            numbers.push(u16::from_le_bytes([packet[2], packet[3]]));
+        }
+        assert_eq!(numbers.iter().filter(|number| **number == HEARTBEAT).count(), 5, "{numbers:?}");
     }
 }
