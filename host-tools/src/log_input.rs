@@ -5,13 +5,14 @@ use backseat_analysis::navigate::Trial;
 use backseat_analysis::read_log::ReadLog;
 use backseat_analysis::refusal;
 use backseat_logs::VehicleFile;
-use backseat_report::{console, word};
+use backseat_report::console::{self, Spinner};
+use backseat_report::word;
 use std::path::{Path, PathBuf};
 
 /// How a log is to be read.
 #[derive(clap::Args)]
 pub struct LogInput {
-    /// Column mapping for a table of another maker: `[time]` with column, unit (s, ms, us, min, h, d, hms) and base (start
+    /// Column mapping for a table of another maker: `[time]` with column, unit (s, ms, us, min, h, d, hms, iso, dmy, mdy) and base (start
     /// or epoch), and for each column of the vehicle log, such as `[columns.depth_m]`, its column, unit, sign, scale,
     /// offset. In a log of messages (ROS 2 bag, MOOS, LSTS, ArduPilot, MAVLink, PX4) the same with their numbers as
     /// columns, such as RCOU.C1
@@ -29,7 +30,10 @@ impl LogInput {
     /// # Errors
     /// The log or the mapping cannot be read.
     pub fn read(&self, path: &Path) -> anyhow::Result<ReadLog> {
+        let spinner = Spinner::new("read");
+        spinner.set(&path.display().to_string());
         let mut read = ReadLog::of(path, self.map.as_deref())?;
+        drop(spinner);
         if self.quiet {
             read.log.notes.clear();
             read.reader_notes.clear();
@@ -50,7 +54,7 @@ impl LogInput {
         }
         for read in logs {
             for finding in read.examination.suspicions() {
-                console::say(&format!("warning: {}: {}", read.log.path.display(), finding.message));
+                console::tell(&format!("warning: {}: {}", read.log.path.display(), finding.message));
             }
             if !self.quiet {
                 read.note_findings();
@@ -112,5 +116,5 @@ fn origin(text: &str) -> Result<[f64; 2], String> {
 /// # Errors
 /// Those of the work.
 pub fn explain_failure<T>(read: &ReadLog, work: impl FnOnce() -> anyhow::Result<T>) -> anyhow::Result<T> {
-    work().inspect_err(|_| read.reader_notes.iter().for_each(|note| console::say(&format!("note: {note}"))))
+    work().inspect_err(|_| read.reader_notes.iter().for_each(|note| console::tell(&format!("note: {note}"))))
 }

@@ -14,7 +14,7 @@ use backseat_identify::{
 };
 use backseat_logs::VehicleFile;
 use backseat_report::Report;
-use backseat_report::console::Progress;
+use backseat_report::console::{Progress, Spinner};
 use std::path::PathBuf;
 use std::time::Instant;
 
@@ -148,6 +148,8 @@ fn compute(
     let kept = declared.effects.set;
     declared.effects.ci95.retain(|(id, _)| kept.get(*id) != 0.0);
     let effects = effects(&declared, &settings.current)?;
+    let spinner = Spinner::new("identify");
+    spinner.set("what the log shows of the motion");
     let data_of = |read: &ReadLog| {
         let log = inputs::at_centre(&read.log, &declared.installation);
         let data = IdentificationData::from_log(&log, &effects).with_context(|| read.log.path.display().to_string())?;
@@ -160,6 +162,7 @@ fn compute(
             format!("{name} has an onset time and is ignored: identification assumes constant parameters")
         }));
     let options = options(settings, &declared);
+    spinner.set("when the commands act");
     let timing = input_timing(&mut data, &inputs, &declared, &options);
     let other = other.map(data_of).transpose()?.map(|(mut data, inputs)| {
         if let Some(timing) = &timing {
@@ -172,17 +175,22 @@ fn compute(
     // The automatic method holds the last part out by itself.
     let fitted = if other.is_some() || method == Method::Auto { &data } else { &first };
     let held_out = if other.is_some() { HeldOut::Another } else { HeldOut::LastPart };
+    // the bar has the line now
+    drop(spinner);
     let progress = Progress::new("identify", 1000);
     let estimate = identify(method, fitted, &declared.parameters, &options, &|share| {
         progress.set((share * 1000.0) as usize);
     })?;
     drop(progress);
+    let spinner = Spinner::new("identify");
+    spinner.set("predictions on held-out data");
     let judge = other.unwrap_or(rest);
     let [before, after] = [&declared.parameters, &estimate.vehicle].map(|vehicle| validate(vehicle, &judge));
     // the way through the identifier's own coordinates rounds
     let moves = |p: &backseat_identify::EstimatedParameter| (p.value - p.prior).abs() > 1e-9 * p.prior.abs().max(1e-3);
     let is_changed = estimate.parameters.iter().any(moves);
     let is_useless = after.zip(nothing_changes(&judge)).is_some_and(|(after, still)| after.is_worse_than(&still));
+    drop(spinner);
     let mut identified = declared.clone();
     identified.parameters = estimate.vehicle;
     identified.learnt = learnt(&estimate, &options, &declared.priors);
