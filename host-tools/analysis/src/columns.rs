@@ -21,3 +21,9 @@ pub(crate) fn lacking(log: &Log, columns: &[Column]) -> String {
     let names: Vec<&str> = columns.iter().filter(|column| !log.has(**column)).map(|column| column.name()).collect();
     names.join(", ")
 }
+
+/// What stands before the command of a log whose model is in the laboratory, which the command line does not have.
+pub const IN_LABORATORY: &str = "has its model in the laboratory: ";
+
+/// What stands before the use of a log that is none of a vehicle by itself.
+pub const ONLY_BESIDE: &str = "only beside ";

@@ -1,7 +1,7 @@
 //! What a log can be used for.
 
 pub use crate::columns::{ACTUATORS, has_actuators};
-use crate::columns::{is_beside, lacking};
+use crate::columns::{IN_LABORATORY, ONLY_BESIDE, is_beside, lacking};
 use crate::diagnose::log_kinds;
 use backseat_logs::Log;
 use backseat_logs::log::Column;
@@ -43,6 +43,20 @@ pub struct Use {
     pub how: String,
 }
 
+impl Use {
+    /// The command that uses this log, of its own or of the laboratory; `options` as the log was read.
+    pub fn command_line(&self, log: &str, options: &str) -> Option<String> {
+        match self.how.strip_prefix(IN_LABORATORY) {
+            Some(command) => Some(command.replace("LOG", log)),
+            // beside a vehicle's log it is an option
+            None if self.possible && !self.how.starts_with(ONLY_BESIDE) => {
+                Some(format!("backseat {} {log}{options}", self.command))
+            }
+            None => None,
+        }
+    }
+}
+
 /// What each command does with a log.
 pub fn of(log: &Log) -> [Use; 3] {
     let entry = |command, found: Result<&str, String>| match found {
@@ -79,9 +93,7 @@ fn identify(log: &Log) -> Result<&'static str, String> {
     let missing = lacking(log, &[ACTUATORS, WHOLE].concat());
     match missing.as_str() {
         "" => Ok("all parameters of the vehicle"),
-        _ if log.has(Column::Rudder) => {
-            Err("has its model in the laboratory: cargo lab vessel identify LOG".to_owned())
-        }
+        _ if log.has(Column::Rudder) => Err(format!("{IN_LABORATORY}cargo lab vessel identify LOG")),
         _ => Err(format!("lacks {missing}")),
     }
 }

@@ -209,6 +209,8 @@ fn uses_are_those_of_the_commands() {
     };
     let [_, diagnose] = uses("t_s,vx_mps,vy_mps,cmd_left,cmd_right\n0,0,0,1,1\n1,0.5,0,1,1\n");
     assert!(diagnose.contains("cargo lab single-log"), "{diagnose}");
+    let printed = text(&backseat(folder.path(), &["info", "log.csv"]).stdout);
+    assert!(printed.ends_with("In a clone of the repository:\n  cargo lab single-log log.csv\n"), "{printed}");
     let found = backseat(folder.path(), &["diagnose", "log.csv", "--force"]);
     assert!(text(&found.stderr).contains("cargo lab single-log"), "{}", text(&found.stderr));
     // a whole vehicle that lacks its DVL is no vessel on the surface
@@ -228,6 +230,10 @@ fn uses_are_those_of_the_commands() {
     for (fix_every, is_possible) in [(10, true), (600, false)] {
         let [_, diagnose] = uses(&reckoned(fix_every));
         assert_eq!(diagnose.contains("against dead reckoning"), is_possible, "{diagnose}");
+        let printed = text(&backseat(folder.path(), &["info", "log.csv"]).stdout);
+        let next = "\nNext\n  backseat navigate log.csv\n";
+        let next = if is_possible { format!("{next}  backseat diagnose log.csv\n") } else { next.to_owned() };
+        assert!(printed.ends_with(&next), "{printed}");
         let found = backseat(folder.path(), &["diagnose", "log.csv"]);
         assert_eq!(found.status.code() != Some(1), is_possible, "{}", text(&found.stderr));
     }
@@ -291,6 +297,12 @@ fn what_the_reader_left_out_is_said_when_the_command_fails() {
     assert_eq!(output.status.code(), Some(1));
     let printed = text(&output.stderr);
     assert!(printed.starts_with("note: columns not used: salinity\nerror: "), "{printed}");
+    // a long note in lines of a terminal, the error in one
+    let names = (1..20).map(|number| format!(",instrument_{number}")).collect::<String>();
+    std::fs::write(folder.path().join("log.csv"), format!("t_s,depth_m{names}\n0,1\n1,1\n")).unwrap();
+    let printed = text(&backseat(folder.path(), &["navigate", "log.csv", "--force"]).stderr);
+    let (notes, _) = printed.split_once("error: ").unwrap();
+    assert!(notes.contains("instrument_19") && notes.lines().all(|line| line.chars().count() <= 80), "{printed}");
 }
 
 #[test]

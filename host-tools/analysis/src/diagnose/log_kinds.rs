@@ -1,6 +1,6 @@
 //! Kinds of logs without fins and propeller: what `diagnose` can do with each, and the model that it is diagnosed by.
 
-use crate::columns::{has_actuators, is_beside, lacking};
+use crate::columns::{IN_LABORATORY, has_actuators, is_beside, lacking};
 use anyhow::bail;
 use backseat_diagnose::log_models::{LogModelDiagnosis, dead_reckoning, reference_velocity};
 use backseat_diagnose::torpedo;
@@ -56,7 +56,7 @@ pub fn use_of(log: &Log) -> Result<&'static str, String> {
     if let Some(kind) = KINDS.iter().find(|kind| (kind.is_for)(log)) {
         Ok(kind.how)
     } else if is_of_laboratory(log) {
-        Err("has its model in the laboratory: cargo lab single-log LOG".to_owned())
+        Err(format!("{IN_LABORATORY}cargo lab single-log LOG"))
     } else if dead_reckoning::is_for(log) {
         Ok(DEAD_RECKONING)
     } else if is_beside(log) && [Column::StationX, Column::WindSpeed, Column::WaterDensity].iter().any(|c| log.has(*c))

@@ -4,7 +4,7 @@ use crate::duration::span;
 use crate::read_log::{ReadLog, finding};
 use crate::uses::{self, Use};
 use backseat_logs::log::plausibility::{ColumnSummary, Severity, Untested};
-use backseat_report::{Report, Table};
+use backseat_report::{Report, Table, word};
 use serde_json::{Map, Value, json};
 
 /// The report on a log.
@@ -20,6 +20,8 @@ pub fn report(read: &ReadLog) -> Report {
     for Use { command, possible, how } in &uses {
         report = report.fact(command, format!("{}: {how}", if *possible { "yes" } else { "no" }));
     }
+    let name = word(&log.path);
+    let commands: Vec<String> = uses.iter().filter_map(|found| found.command_line(&name, &read.options)).collect();
     let declination = log.declination();
     if let Some((_, words)) = &declination {
         report = report.fact("declination", format!("{words}, of a compass that is not corrected"));
@@ -28,7 +30,7 @@ pub fn report(read: &ReadLog) -> Report {
     let header = ["column", "samples", "rate Hz", "gap s", "min", "median", "max"];
     let uses =
         uses.into_iter().map(|found| (found.command.to_owned(), json!({"possible": found.possible, "how": found.how})));
-    report
+    let report = report
         .table(examination.columns.iter().fold(Table::new("", &header), row))
         .notes(&not_tested(read))
         .notes(&read.log.notes)
@@ -45,6 +47,18 @@ pub fn report(read: &ReadLog) -> Report {
         .value("notes", read.log.notes.clone())
         .value("verdict", verdict)
         .value("reasons", reasons)
+        .value("commands", commands.clone());
+    // what contradicts physics is mended first
+    if commands.is_empty() || !suspicions.is_empty() {
+        return report;
+    }
+    let report = report.section("Next");
+    let report = if commands.iter().any(|command| command.starts_with("cargo")) {
+        report.text("In a clone of the repository:")
+    } else {
+        report
+    };
+    commands.iter().fold(report, |report, command| report.command(command))
 }
 
 fn row(table: Table, summary: &ColumnSummary) -> Table {
