@@ -299,7 +299,8 @@ fn what_the_reader_left_out_is_said_when_the_command_fails() {
     assert!(printed.starts_with("note: columns not used: salinity\nerror: "), "{printed}");
     // a long note in lines of a terminal, the error in one
     let names = (1..20).map(|number| format!(",instrument_{number}")).collect::<String>();
-    std::fs::write(folder.path().join("log.csv"), format!("t_s,depth_m{names}\n0,1\n1,1\n")).unwrap();
+    let cells = ",1".repeat(20);
+    std::fs::write(folder.path().join("log.csv"), format!("t_s,depth_m{names}\n0{cells}\n1{cells}\n")).unwrap();
     let printed = text(&backseat(folder.path(), &["navigate", "log.csv", "--force"]).stderr);
     let (notes, _) = printed.split_once("error: ").unwrap();
     assert!(notes.contains("instrument_19") && notes.lines().all(|line| line.chars().count() <= 80), "{printed}");

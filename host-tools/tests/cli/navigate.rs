@@ -74,7 +74,9 @@ impl Mission {
         let output = self.run(&[&["navigate"], args].concat());
         let text = String::from_utf8(output.stderr).unwrap();
         assert_eq!(output.status.code(), Some(1), "{text}");
-        let lines = text.lines().filter(|line| !line.starts_with("note: ") && !line.starts_with("warning: "));
+        // these are wrapped, an error is not
+        let is_aside = |line: &&str| ["note: ", "warning: ", "  "].iter().any(|start| line.starts_with(start));
+        let lines = text.lines().filter(|line| !is_aside(line));
         let [error] = lines.collect::<Vec<_>>()[..] else { panic!("{text}") };
         assert!(error.starts_with("error: "), "{text}");
         error.to_owned()
@@ -245,7 +247,12 @@ fn broken_input_ends_in_one_line() {
         let text = mission.failure(args);
         assert!(text.contains(message), "{args:?}: {text}");
     }
-    assert!(mission.failure(&["log.csv", "--out", "no such folder/track.csv"]).contains("No such file"));
+    assert!(
+        mission.failure(&["log.csv", "--out", "log.csv/track.csv"]).contains("log.csv: is a file; expected a folder")
+    );
+    // a folder that lacks is made, as that of a report is
+    let output = mission.run(&["navigate", "log.csv", "--out", "new folder/track.csv"]);
+    assert!(output.status.success() && mission.path("new folder/track.csv").is_file(), "{output:?}");
 }
 
 #[test]

@@ -55,32 +55,32 @@ pub(super) fn parse(text: &str) -> LineTime {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum DateOrder {
     /// `2026-11-20`.
-    YearFirst,
+    YearMonthDay,
     /// `20/11/2026`, or with points or dashes.
-    DayFirst,
+    DayMonthYear,
     /// `11/20/2026`, or with points or dashes.
-    MonthFirst,
+    MonthDayYear,
 }
 
 impl DateOrder {
     /// How such a cell looks.
     pub(super) const fn pattern(self) -> &'static str {
         match self {
-            Self::YearFirst => "yyyy-mm-dd hh:mm:ss",
-            Self::DayFirst => "dd/mm/yyyy hh:mm:ss",
-            Self::MonthFirst => "mm/dd/yyyy hh:mm:ss",
+            Self::YearMonthDay => "yyyy-mm-dd hh:mm:ss",
+            Self::DayMonthYear => "dd/mm/yyyy hh:mm:ss",
+            Self::MonthDayYear => "mm/dd/yyyy hh:mm:ss",
         }
     }
 
-    /// µs since 1970 of such a cell; without a zone, which only [`DateOrder::YearFirst`] may have, it is UTC.
+    /// µs since 1970 of such a cell; without a zone, which only [`DateOrder::YearMonthDay`] may have, it is UTC.
     pub(super) fn unix_us(self, text: &str) -> Option<i64> {
-        if self == Self::YearFirst {
+        if self == Self::YearMonthDay {
             return instant_us(text);
         }
         let (date, clock) = text.trim().split_once([' ', 'T'])?;
         let mut parts = date.split(['/', '.', '-']);
         let [first, second, year] = [parts.next()?, parts.next()?, parts.next()?];
-        let (month, day) = if self == Self::DayFirst { (second, first) } else { (first, second) };
+        let (month, day) = if self == Self::DayMonthYear { (second, first) } else { (first, second) };
         let days = calendar::date_days(&format!("{month}/{day}/{year}")).filter(|_| parts.next().is_none())?;
         Some(days * DAY_US as i64 + calendar::time_us(&clock.replace(',', "."))?)
     }

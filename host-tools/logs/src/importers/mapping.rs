@@ -248,9 +248,9 @@ impl ColumnMap {
 /// Times by a clock or a calendar. A MATLAB datenum counts from year 0, a spreadsheet from 1900, with a leap day too many.
 const CALENDAR: [(&str, Role); 6] = [
     ("hms", Role::TimeOfDay),
-    ("iso", Role::Instant(DateOrder::YearFirst)),
-    ("dmy", Role::Instant(DateOrder::DayFirst)),
-    ("mdy", Role::Instant(DateOrder::MonthFirst)),
+    ("iso", Role::Instant(DateOrder::YearMonthDay)),
+    ("dmy", Role::Instant(DateOrder::DayMonthYear)),
+    ("mdy", Role::Instant(DateOrder::MonthDayYear)),
     ("datenum", Role::Days(719_529.0)),
     ("excel", Role::Days(25_569.0)),
 ];

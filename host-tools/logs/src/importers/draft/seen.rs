@@ -302,7 +302,7 @@ impl Seen {
             let calendar = crate::importers::calendar::time_us(&self.sample);
             let is_clock = calendar.or(crate::importers::calendar::minutes_us(&self.sample)).is_some();
             let dated = match self.reads_as {
-                _ if DateOrder::YearFirst.unix_us(&self.sample).is_some() => Some("iso"),
+                _ if DateOrder::YearMonthDay.unix_us(&self.sample).is_some() => Some("iso"),
                 [true, _] if self.texts > 0 => Some("dmy"),
                 [_, true] if self.texts > 0 => Some("mdy"),
                 _ => None,
@@ -333,7 +333,7 @@ impl Seen {
 /// A quarter of a turn and a whole one, a little more than each, rad.
 const BEYOND_RAD: [f64; 2] = [1.6, 6.3];
 /// Orders in which a date is written where the year is last.
-const ORDERS: [DateOrder; 2] = [DateOrder::DayFirst, DateOrder::MonthFirst];
+const ORDERS: [DateOrder; 2] = [DateOrder::DayMonthYear, DateOrder::MonthDayYear];
 /// Most different words among the numbers of a column that are taken for marks of no sample.
 const MOST_MARKS: usize = 3;
 /// Twenty seconds, d.

@@ -229,7 +229,7 @@ fn values_stand_above_the_unit_of_a_name() {
         checks,
         "heading_rad: its name says rad, its values are 0 to 17.97: radians over several turns, or deg?"
     );
-    assert_eq!(heading(&|t| (0.03 * t) % 6.28).1, "");
+    assert_eq!(heading(&|t| (0.03 * t) % 6.2).1, "");
 }
 
 /// The day first where a field beyond twelve shows it; where none does, to be checked.
