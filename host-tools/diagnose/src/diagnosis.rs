@@ -220,7 +220,7 @@ fn once(log_data: &mut PreparedLog, mut progress: impl FnMut(&str)) -> Option<(D
     let explained: f64 = log_data.seen_square(&log_data.declared) - joint.seen_square;
     let structure_remains = !left.hints.is_empty() && left.gain > tolerated(explained);
     let whitenesses = whiteness(log_data, &joint.pass, DataPart::Judge);
-    let errs_on_held_out = !accepted.is_empty() && noise_effects.is_empty() && errs_in_a_channel(&whitenesses);
+    let errs_on_held_out = noise_effects.is_empty() && errs_in_a_channel(&whitenesses);
     let exceeds_noise = exceeds_noise(log_data, &joint.pass) || errs_on_held_out;
     let has_doubtful_effects = !accepted.is_empty() && !structure_remains && !exceeds_noise;
     let impossible = rounds.last().map_or_else(Vec::new, |last| judged::impossible(log_data, last));
@@ -299,9 +299,9 @@ fn exceeds_noise(log_data: &PreparedLog, pass: &Pass) -> bool {
     sum.square > count * (1.0 + SLACK) + SIGMAS * (2.0 * count).sqrt()
 }
 
-/// Whether on held-out blocks some channel errs by more than its noise, beside the effects found: what they say of the
-/// log is not so where they were not fitted. A sum over all channels hides the hundred ranges of a log behind some ten
-/// thousand readings of attitude. Outliers and waves make such errors themselves.
+/// Whether on held-out blocks some channel errs by more than its noise: what is said of the log is not so there. A sum
+/// over all channels hides the hundred ranges of a log behind some ten thousand readings of attitude. Outliers and waves
+/// make such errors themselves.
 fn errs_in_a_channel(whitenesses: &[Whiteness]) -> bool {
     let errs = |w: &Whiteness| {
         let square = w.nis * w.count as f64 / (1.0 + MOST_COLOURED);

@@ -68,8 +68,10 @@ pub fn sentence(result: &DiagnosisResult<'_>) -> String {
             let left = beyond.collect::<Vec<_>>().join(", ");
             let term = d.structure.hints.first().map(|hint| format!(" ({} takes part of it)", hint.generic.name()));
             let term = term.unwrap_or_default();
-            let what =
-                format!("not to be believed: there is left a {left}{term}; a column's sign, unit or time may be wrong");
+            let what = format!(
+                "not to be believed: there is left a {left}{term}; no entry of the catalogue accounts for it; a cause that \
+                 sets in or varies under way, or a wrong column that the checks of `info` cannot show"
+            );
             std::iter::once(what).chain((!found.is_empty()).then_some(found)).collect()
         }
         Verdict::Undecided => {
