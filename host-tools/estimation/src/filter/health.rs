@@ -107,6 +107,7 @@ impl Health {
     }
 }
 
+/// Whether more of a sensor was refused than outliers are, a share and a number of scalars.
 fn is_more_than_outliers(sensor: Sensor, refused: f64, count: u64) -> bool {
     refused > REFUSED_AND_NIS.0 || sensor == Sensor::Range && refused > RANGES_REFUSED.0 && count >= RANGES_REFUSED.1
 }
@@ -173,6 +174,14 @@ mod tests {
             variance: 1.0,
             outcome: if is_refused(k as f64 * 0.5) { FusionOutcome::Gated } else { FusionOutcome::Fused },
         })
+    }
+
+    #[test]
+    fn of_ranges_a_smaller_share_is_more_than_outliers() {
+        assert!(is_more_than_outliers(Sensor::Range, 0.03, 3));
+        assert!(!is_more_than_outliers(Sensor::Range, 0.03, 2), "one or two of few ranges");
+        assert!(!is_more_than_outliers(Sensor::Range, 0.01, 30));
+        assert!(!is_more_than_outliers(Sensor::Depth, 0.03, 30) && is_more_than_outliers(Sensor::Depth, 0.06, 30));
     }
 
     #[test]
