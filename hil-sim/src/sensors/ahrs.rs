@@ -60,7 +60,9 @@ impl Ahrs {
             let (sin2, cos2) = libm::sincos(2.0 * heading);
             let [first, second] = [compass.first, compass.second];
             let motor = compass.motor_s2 * vehicle.actuators.propeller_radps.powi(2);
-            let bias = compass.constant + motor + first[0] * sin + first[1] * cos + second[0] * sin2 + second[1] * cos2;
+            let is_changed = compass.changed.holds(1e-6 * vehicle.time_us as f64);
+            let constant = compass.constant + if is_changed { compass.change } else { 0.0 };
+            let bias = constant + motor + first[0] * sin + first[1] * cos + second[0] * sin2 + second[1] * cos2;
             let heading = self.lag(vehicle.time_us, heading);
             let unit = self.random.normals::<3>(1.0);
             let mut angle: [f64; 3] = core::array::from_fn(|axis| self.attitude_sigma_rad[axis] * unit[axis]);

@@ -1,6 +1,6 @@
 //! What breaks under way: the parameters of the vehicle as they are at a time.
 
-use super::Parameters;
+use super::{Parameters, Span};
 
 /// A factor from a time on.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -56,24 +56,48 @@ pub struct Faults {
     pub thrust: Step,
     /// A weight that was dropped, kg in water.
     pub dropped_kg: f64,
+    /// What it gains in buoyancy for a while, kg.
+    pub lift_kg: f64,
+    /// When.
+    pub lifted: Span,
+    /// What the propeller loses with speed for a while, N s²/(rad m).
+    pub advance_n_s2_per_rad_m: f64,
+    /// When.
+    pub advanced: Span,
 }
 
 impl Default for Faults {
     fn default() -> Self {
-        Self { flooding: Flooding::NONE, fins: [Step::NONE; 4], drag: Step::NONE, thrust: Step::NONE, dropped_kg: 0.0 }
+        Self {
+            flooding: Flooding::NONE,
+            fins: [Step::NONE; 4],
+            drag: Step::NONE,
+            thrust: Step::NONE,
+            dropped_kg: 0.0,
+            lift_kg: 0.0,
+            lifted: Span::default(),
+            advance_n_s2_per_rad_m: 0.0,
+            advanced: Span::default(),
+        }
     }
 }
 
 impl Faults {
-    /// Water inside less the weight that was dropped, kg.
+    /// Water inside less the weight that was dropped or that something lifts, kg.
     fn gained_kg(&self, time_s: f64) -> f64 {
-        self.flooding.kg_at(time_s) - self.dropped_kg
+        let lift_kg = if self.lifted.holds(time_s) { self.lift_kg } else { 0.0 };
+        self.flooding.kg_at(time_s) - self.dropped_kg - lift_kg
     }
 
     /// Numbers that are the same as long as the vehicle is.
-    pub(super) fn key(&self, time_s: f64) -> [f64; 7] {
+    pub(super) fn key(&self, time_s: f64) -> [f64; 8] {
         let [top, bottom, port, starboard] = self.fins.map(|fin| fin.at(time_s));
-        [self.gained_kg(time_s), top, bottom, port, starboard, self.drag.at(time_s), self.thrust.at(time_s)]
+        let [drag, thrust] = [self.drag, self.thrust].map(|step| step.at(time_s));
+        [self.gained_kg(time_s), top, bottom, port, starboard, drag, thrust, self.advance(time_s)]
+    }
+
+    fn advance(&self, time_s: f64) -> f64 {
+        if self.advanced.holds(time_s) { self.advance_n_s2_per_rad_m } else { 0.0 }
     }
 
     /// The vehicle as it is at a time.
@@ -94,6 +118,7 @@ impl Faults {
         }
         p.quadratic_drag[0] *= self.drag.at(time_s);
         p.thrust_n_s2_per_rad2 *= self.thrust.at(time_s);
+        p.advance_n_s2_per_rad_m += self.advance(time_s);
         p
     }
 }

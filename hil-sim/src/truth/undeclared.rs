@@ -13,7 +13,8 @@ pub struct Span {
 }
 
 impl Span {
-    pub(super) fn holds(&self, time_s: f64) -> bool {
+    /// Whether a time lies in it.
+    pub fn holds(&self, time_s: f64) -> bool {
         (self.from_s..self.until_s).contains(&time_s)
     }
 }

@@ -50,6 +50,12 @@ impl BorneOut {
         self.expected > LEAST_EXPECTED
     }
 
+    /// Whether they speak for it: they say something of the effect, and gain most of what it should.
+    #[must_use]
+    pub fn is_borne_out(&self) -> bool {
+        self.is_tested() && self.gain > 0.5 * self.expected
+    }
+
     /// Whether they speak against it: nothing is gained, or significantly less than the effect would gain, and less than
     /// half of that.
     #[must_use]

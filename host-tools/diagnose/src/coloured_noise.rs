@@ -20,6 +20,10 @@ pub struct Sensors {
     /// Channels of one device: their noise is of one spectrum, each of its own size. What lasts in one of them alone is
     /// motion.
     devices: &'static [&'static [ResidualChannel]],
+    /// Time constants tried at first, s, fastest first.
+    taus_s: [f64; 5],
+    /// Those of a second, slower part, s.
+    second_taus_s: [f64; 3],
     /// So many seconds from a log's beginning say roughly what their noise is.
     rough_s: f64,
     /// So many say it well enough.
@@ -32,10 +36,27 @@ pub struct Sensors {
 
 /// All whose noise may last. GNSS fixes count by their design effect.
 pub const SENSORS: [Sensors; 2] = [
-    // Ten and thirty times the longest time constant.
-    Sensors { devices: &OWN, rough_s: 600.0, longest_s: 1800.0, fewest: 400, least_gain: 18.0 },
-    // A reading every ten seconds is seldom: an hour, 150 samples.
-    Sensors { devices: &ACOUSTIC, rough_s: 1800.0, longest_s: 3600.0, fewest: 60, least_gain: 15.0 },
+    Sensors {
+        devices: &OWN,
+        taus_s: [0.7, 2.0, 6.0, 20.0, 60.0],
+        second_taus_s: [8.0, 20.0, 50.0],
+        // ten and thirty times the longest time constant
+        rough_s: 600.0,
+        longest_s: 1800.0,
+        fewest: 400,
+        least_gain: 18.0,
+    },
+    Sensors {
+        devices: &ACOUSTIC,
+        // paths and receivers wander over minutes
+        taus_s: [6.0, 20.0, 60.0, 150.0, 300.0],
+        second_taus_s: [60.0, 150.0, 300.0],
+        // a reading every ten seconds is seldom: an hour, 150 samples
+        rough_s: 1800.0,
+        longest_s: 3600.0,
+        fewest: 60,
+        least_gain: 15.0,
+    },
 ];
 const OWN: [&[ResidualChannel]; 5] = [
     &[ResidualChannel::Depth],
@@ -55,12 +76,14 @@ const SECOND_GAIN: f64 = 9.2;
 /// Lags of the test whether noise is other than declared, and its probability.
 const LAGS: usize = 20;
 const SUSPECTED: f64 = 1e-4;
-/// Time constants in s and shares tried at first.
-const TAUS_S: [f64; 5] = [0.7, 2.0, 6.0, 20.0, 60.0];
+/// Shares tried at first.
 const SHARES: [f64; 2] = [0.15, 0.6];
-/// How much quieter than declared a channel may be: data sheets round up, seldom by half. Held at the declared size, the
-/// parts that last of a quieter channel take up too much, and innovations are correlated the other way.
-const LEAST_SIZE: f64 = 0.6;
+/// How much quieter than declared a channel may be: a vehicle file declares roll, pitch and heading alike, and a good
+/// compass is ten times worse than the good accelerometers beside it. Held at the declared size, the parts that last of a
+/// quieter channel take up too much, and innovations are correlated the other way.
+const LEAST_SIZE: f64 = 0.1;
+/// The time constant that noise may have, over the fastest and the slowest tried.
+const BEYOND: f64 = 1.3;
 
 /// Noise of one channel, relative to what is declared.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -81,8 +104,11 @@ impl Mixture {
         self.size * (1.0 - self.parts[0].0 - self.parts[1].0).max(0.0).sqrt()
     }
 
-    fn is_possible(&self) -> bool {
-        let inside = |(share, tau_s): (f64, f64)| (0.0..=0.97).contains(&share) && (0.4..=70.0).contains(&tau_s);
+    fn is_possible(&self, sensors: &Sensors) -> bool {
+        let [fastest_s, .., slowest_s] = sensors.taus_s;
+        let taus_s = 0.6 * fastest_s..=BEYOND * slowest_s;
+        let inside =
+            |(share, tau_s): (f64, f64)| share == 0.0 || (0.0..=0.97).contains(&share) && taus_s.contains(&tau_s);
         self.parts.iter().copied().all(inside) && self.parts[0].0 + self.parts[1].0 <= 0.97
     }
 }
@@ -188,12 +214,13 @@ impl Search<'_> {
     fn rough(&self) -> Option<[Mixtures; 2]> {
         let scale = &self.log_data.setup.scale;
         let mut best = self.start(std::array::from_fn(|channel| Mixture::white(scale[channel])))?;
-        self.resize(&mut best, &[0.65, 0.8, 1.25, 1.6]);
-        self.resize(&mut best, &[0.84, 0.92, 1.09, 1.19]);
+        self.resize(&mut best, &[0.12, 0.18, 0.28, 0.42, 0.65, 0.8, 1.25, 1.6]);
+        self.resize(&mut best, &[0.75, 0.84, 0.92, 1.09, 1.19, 1.3]);
         self.resize(&mut best, &[0.96, 1.04]);
         let white = best.mixtures;
-        let grid =
-            SHARES.iter().flat_map(|share| TAUS_S.map(|tau_s| move |m: &Mixture| with_part(m, 0, |_| (*share, tau_s))));
+        let grid = SHARES
+            .iter()
+            .flat_map(|share| self.sensors.taus_s.map(|tau_s| move |m: &Mixture| with_part(m, 0, |_| (*share, tau_s))));
         self.improve(&mut best, &grid.collect::<Vec<_>>());
         self.improve(&mut best, &[0.08, 0.35, 0.8, 0.93].map(|share| shared(0, share)));
         self.resize(&mut best, &[0.75, 0.87, 1.15, 1.35, 1.6]);
@@ -214,7 +241,8 @@ impl Search<'_> {
                 _ => *m,
             }
         };
-        let slow = [8.0, 20.0, 50.0].into_iter().flat_map(|tau_s| [0.4, 1.0].map(|faster| second(tau_s, faster)));
+        let slow =
+            self.sensors.second_taus_s.into_iter().flat_map(|tau_s| [0.4, 1.0].map(|faster| second(tau_s, faster)));
         self.improve(&mut best, &slow.collect::<Vec<_>>());
         self.improve(&mut best, &[0.04, 0.15, 0.25].map(|share| shared(1, share)));
         self.undo_small_gains(&mut best, &one, SECOND_GAIN);
@@ -264,7 +292,7 @@ impl Search<'_> {
                 let at = *channel as usize;
                 let mut changed = change(&trial[at]);
                 changed.size = changed.size.clamp(LEAST_SIZE, channel.most_scale(sensors));
-                if changed.is_possible() {
+                if changed.is_possible(self.sensors) {
                     trial[at] = changed;
                 }
             }

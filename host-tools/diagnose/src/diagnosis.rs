@@ -90,9 +90,10 @@ pub fn run(log_data: &mut PreparedLog, mut progress: impl FnMut(&str)) -> Option
     Some(diagnosis)
 }
 
-/// Fits the terms of what remains unexplained.
+/// Fits the terms of what remains unexplained where no entry is named.
 fn propose(log_data: &mut PreparedLog, diagnosis: &mut Diagnosis) {
     if diagnosis.verdict == Verdict::Unexplained
+        && diagnosis.effects.is_empty()
         && let Some((terms, after)) = proposal::fit(log_data, &diagnosis.structure)
     {
         let of = judged::of_terms(log_data, &diagnosis.before, &after);
@@ -220,16 +221,16 @@ fn once(log_data: &mut PreparedLog, mut progress: impl FnMut(&str)) -> Option<(D
     let explained: f64 = log_data.seen_square(&log_data.declared) - joint.seen_square;
     let structure_remains = !left.hints.is_empty() && left.gain > tolerated(explained);
     let whitenesses = whiteness(log_data, &joint.pass, DataPart::Judge);
-    let errs_on_held_out = noise_effects.is_empty() && errs_in_a_channel(&whitenesses);
+    let errs_on_held_out = noise_effects.is_empty() && errs_in_a_channel(&whitenesses, structure::FAMILY_ERROR);
     let exceeds_noise = exceeds_noise(log_data, &joint.pass) || errs_on_held_out;
-    let has_doubtful_effects = !accepted.is_empty() && !structure_remains && !exceeds_noise;
-    let impossible = rounds.last().map_or_else(Vec::new, |last| judged::impossible(log_data, last));
+    let impossible = rounds.last().map_or_else(Vec::new, |last| judged::impossible(log_data, &joint, last));
     let conditions = Conditions {
-        is_refuted,
+        // What the data that judge do not bear out, and do not miss, is not there.
+        is_refuted: is_refuted && errs_in_a_channel(&whitenesses, MISSED),
         is_impossible: is_impossible || !impossible.is_empty(),
         structure_remains,
         exceeds_noise,
-        generic_terms_fit_better: has_doubtful_effects
+        generic_terms_fit_better: !accepted.is_empty()
             && generic_is_better(log_data, against_declared.as_ref()?, accepted.len(), explained),
         is_coloured: is_coloured(&whitenesses, !log_data.setup.colours.is_empty()),
         has_effects: !(found.is_empty() && noise_effects.is_empty()),
@@ -237,8 +238,11 @@ fn once(log_data: &mut PreparedLog, mut progress: impl FnMut(&str)) -> Option<(D
         ..Conditions::default()
     };
     let rule = verdict::decide(&conditions);
+    let stand_in = conditions.generic_terms_fit_better
+        || conditions.is_impossible
+        || structure_remains && left.gain > LEFT_BESIDE * explained;
     let (mut found, mut structure) = (found, left);
-    if rule.verdict == Verdict::Unexplained {
+    if rule.verdict == Verdict::Unexplained && stand_in {
         // The entries stood in for something else: the terms reported are those against the declared model.
         found.clear();
         structure = against_declared.unwrap_or(structure);
@@ -272,16 +276,24 @@ fn once(log_data: &mut PreparedLog, mut progress: impl FnMut(&str)) -> Option<(D
 }
 
 /// Whether innovations are not white on the data that judges. Beside noise that was estimated, what is left is that the
-/// noise has another spectrum than two processes: a correlation that is tolerated up to this size, however small its p.
+/// noise has another spectrum than two processes: neighbours that have this share of the stated variance in common are
+/// tolerated, however small their p. Errors of fixes last by themselves, and are held to their size alone.
 fn is_coloured(whitenesses: &[Whiteness], is_noise_estimated: bool) -> bool {
     const TOLERATED: f64 = 0.15;
-    let small = |w: &&Whiteness| !(is_noise_estimated && w.correlation.iter().all(|r| r.abs() < TOLERATED));
-    let counted: Vec<Whiteness> = whitenesses.iter().filter(small).cloned().collect();
+    let is_small = |w: &Whiteness| is_noise_estimated && w.correlation.iter().all(|r| r.abs() * w.nis < TOLERATED);
+    let is_fix = |w: &Whiteness| matches!(w.channel, ResidualChannel::GnssX | ResidualChannel::GnssY);
+    let counted: Vec<Whiteness> = whitenesses.iter().filter(|w| !is_small(w) && !is_fix(w)).cloned().collect();
     whiteness_p(&counted) < LEAST_WHITENESS_P
 }
 
+/// Probability by chance below which the data that judge are taken to miss an effect that they do not bear out.
+const MISSED: f64 = 1e-2;
+
 /// Structure beside the accepted effects is tolerated up to this share of their gain, and up to this much.
 const TOLERATED: (f64, f64) = (5e-4, 60.0);
+
+/// Entries are named beside structure that gains less than this part of what they explain.
+const LEFT_BESIDE: f64 = 0.2;
 
 fn tolerated(explained: f64) -> f64 {
     (TOLERATED.0 * explained).min(TOLERATED.1)
@@ -301,11 +313,11 @@ fn exceeds_noise(log_data: &PreparedLog, pass: &Pass) -> bool {
 
 /// Whether on held-out blocks some channel errs by more than its noise: what is said of the log is not so there. A sum
 /// over all channels hides the hundred ranges of a log behind some ten thousand readings of attitude. Outliers and waves
-/// make such errors themselves.
-fn errs_in_a_channel(whitenesses: &[Whiteness]) -> bool {
+/// make such errors themselves. By chance it is so with the probability `level`.
+fn errs_in_a_channel(whitenesses: &[Whiteness], level: f64) -> bool {
     let errs = |w: &Whiteness| {
         let square = w.nis * w.count as f64 / (1.0 + MOST_COLOURED);
-        chi_square_tail(square, w.count) * (whitenesses.len() as f64) < structure::FAMILY_ERROR
+        chi_square_tail(square, w.count) * (whitenesses.len() as f64) < level
     };
     whitenesses.iter().any(errs)
 }

@@ -27,18 +27,35 @@ pub fn is_possible(instance: &Instance, sigmas: &[f64], length_m: f64) -> bool {
 /// Why not.
 const IMPOSSIBLE: &str = "no vehicle of this length has it of that size, and no sensor is early";
 
-/// Entries that are significant beside what was accepted and that this vehicle cannot have: something else is the cause.
+/// Entries that are significant beside what was accepted, on the data that judge as well, and that this vehicle cannot
+/// have: something else is the cause.
 #[must_use]
-pub fn impossible(log_data: &PreparedLog, last: &Round) -> Vec<String> {
+pub fn impossible(log_data: &PreparedLog, accepted: &JointFit, last: &Round) -> Vec<String> {
     let length_m = log_data.setup.parameters.length_m;
     let stands = |e: &&Evidence| {
-        last.is_significant(e) && e.instance.is_resolved() && !is_possible(&e.instance, &e.sigmas(), length_m)
+        last.is_significant(e)
+            && e.instance.is_resolved()
+            && !is_possible(&e.instance, &e.sigmas(), length_m)
+            && is_borne_out_beside(log_data, accepted, &e.instance)
     };
-    let note = |e: &Evidence| {
-        let (name, size) = (e.instance.candidate.label(), e.instance.sizes[0]);
-        format!("{name} of {size:.2} would explain what is left, but {IMPOSSIBLE}: something else is the cause")
-    };
-    last.ladder.iter().filter(stands).map(note).collect()
+    last.ladder.iter().filter(stands).map(|e| impossible_note(&e.instance)).collect()
+}
+
+/// Whether the data that judge gain by an effect beside those accepted most of what they should.
+fn is_borne_out_beside(log_data: &PreparedLog, accepted: &JointFit, instance: &Instance) -> bool {
+    let all: Vec<Instance> = accepted.instances.iter().chain([instance]).cloned().collect();
+    let with = log_data.fit(&all, DataPart::Seen);
+    with.is_some_and(|with| {
+        let of = of_terms(log_data, &accepted.pass, &with.pass);
+        of.is_borne_out()
+    })
+}
+
+fn impossible_note(instance: &Instance) -> String {
+    let parameters = instance.candidate.info().parameters.iter().zip(&instance.sizes);
+    let sizes: Vec<String> = parameters.map(|(parameter, size)| format!("{} {size:.2}", parameter.name)).collect();
+    let (name, sizes) = (instance.candidate.label(), sizes.join(", "));
+    format!("{name} of {sizes} would explain what is left, but {IMPOSSIBLE}: something else is the cause")
 }
 
 /// The passes with all effects but one each, fitted on a part.
@@ -76,10 +93,7 @@ pub fn unfounded(log_data: &PreparedLog, joint: &JointFit) -> Option<Refusal> {
     let trained = log_data.fit(&joint.instances, DataPart::Train)?;
     let without = without_each(log_data, &joint.instances, DataPart::Train)?;
     let of = borne_out(log_data, &trained.pass, &without, DataPart::Choose);
-    let is_vain =
-        |(instance, of): (&Instance, &BorneOut)| of.is_refuted() || instance.candidate.is_stuck() && of.gain <= 0.0;
-    let vain: Vec<bool> = joint.instances.iter().zip(&of).map(is_vain).collect();
-    let place = worst(&of, |place| vain[place])?;
+    let place = worst(&of, |place| is_vain(&joint.instances[place], &of[place]))?;
     let name = joint.instances[place].candidate.label();
     let reason = "what is kept to choose by does not bear it out";
     refusal(place, format!("{name} is not named: {reason} ({})", of[place]), false)
@@ -89,10 +103,16 @@ pub fn unfounded(log_data: &PreparedLog, joint: &JointFit) -> Option<Refusal> {
 #[must_use]
 pub fn refuted(log_data: &PreparedLog, joint: &JointFit, without: &[Pass]) -> Option<Refusal> {
     let of = borne_out(log_data, &joint.pass, without, DataPart::Judge);
-    let place = worst(&of, |place| of[place].is_refuted())?;
+    let place = worst(&of, |place| is_vain(&joint.instances[place], &of[place]))?;
     let name = joint.instances[place].candidate.label();
     let reason = "it is significant where it was fitted, and the data that judge do not bear it out";
     Some(Refusal { place, note: format!("{name} is not named: {reason} ({})", of[place]), is_impossible: false })
+}
+
+/// Whether data that had no say in an effect do not let it stand: they refute it, or say nothing of an event, which had its
+/// times to choose among much noise.
+fn is_vain(instance: &Instance, of: &BorneOut) -> bool {
+    of.is_refuted() || instance.candidate.span.is_some() && !of.is_borne_out()
 }
 
 /// What the data that judge say of proposed terms, by the passes before and with them.

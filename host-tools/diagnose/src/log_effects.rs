@@ -3,27 +3,28 @@
 //!
 //! The latter are entries of [`LOG_CATALOGUE`](backseat_core::effects::LOG_CATALOGUE): a compass that lags, a DVL that
 //! is late or elsewhere, an antenna or a transducer that is elsewhere, a depth cell with a wrong scale, soft iron, the
-//! torque of the propeller, inputs that are late. Late readings need what
-//! the vehicle did before: [`Lateness`] follows its motion as the model moves it, so that no innovation is counted twice.
+//! torque of the propeller, inputs that are late; current, compass and buoyancy that change under way. Late readings need
+//! what the vehicle did before: [`Lateness`] follows its motion as the model moves it, so that no innovation is counted
+//! twice.
 
 pub use crate::acoustic_path::PathAt;
 
 use crate::acoustic_path::turned_about_down;
-use backseat_core::dynamics::{ActuatorInput, Attitude};
-use backseat_core::effects::{EffectError, EffectSet, SensorChannel, Step};
+use crate::lateness::{Lag, Lateness, swing};
+use backseat_core::dynamics::Attitude;
+use backseat_core::effects::{EffectError, EffectSet, ParameterId, SensorChannel, is_on};
 use backseat_core::parameters::Installation;
-use backseat_core::state::{self, P, PSI, U, VehicleState};
+use backseat_core::state::{self, P, VehicleState};
 use backseat_estimation::inputs;
 use backseat_logs::log::{Column, Log};
 use nalgebra::Vector3;
 use std::borrow::Cow;
-use std::collections::VecDeque;
 
 /// Most numbers of one entry.
-const MOST: usize = 3;
+const MOST: usize = 4;
 
-/// The entries, with the sensors that show each; torque and late inputs move the hull itself.
-const ENTRIES: [(&str, &[SensorChannel]); 11] = [
+/// The entries, with the sensors that show each; those without a sensor move the vehicle itself.
+const ENTRIES: [(&str, &[SensorChannel]); 15] = [
     ("heading_lag", &[SensorChannel::Attitude]),
     ("soft_iron", &[SensorChannel::Attitude]),
     ("dvl_delay", &[SensorChannel::Dvl]),
@@ -35,6 +36,10 @@ const ENTRIES: [(&str, &[SensorChannel]); 11] = [
     ("input_delay", &[]),
     ("usbl_turn", &[SensorChannel::Usbl]),
     ("transponder_place", &[SensorChannel::Range, SensorChannel::TwoWayRange]),
+    ("heading_change", &[SensorChannel::Attitude]),
+    ("current_change", &[]),
+    ("buoyancy_change", &[]),
+    ("thrust_change", &[]),
 ];
 const HEADING_LAG: usize = 0;
 const SOFT_IRON: usize = 1;
@@ -48,6 +53,14 @@ const INPUT_DELAY: usize = 8;
 const USBL_TURN: usize = 9;
 /// Number, north, east.
 const PLACE: usize = 10;
+/// Size, onset, end.
+const HEADING_CHANGE: usize = 11;
+/// Changes of the board's entries: how many sizes come before onset and end, and the board's parameters that they add to.
+const CHANGES: [(usize, usize, &[(&str, &str)]); 3] = [
+    (12, 2, &[("water_current", "north_mps"), ("water_current", "east_mps")]),
+    (13, 1, &[("buoyancy_offset", "kg")]),
+    (14, 1, &[("thrust_loss", "k_n_s2_per_rad_m")]),
+];
 
 /// Values of all effects; all zero is the declared model.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -71,7 +84,7 @@ pub fn is_known(name: &str) -> bool {
 }
 
 /// Errors of readings that `[installation]` of a vehicle file has no place for.
-const OF_READINGS: [usize; 5] = [HEADING_LAG, SOFT_IRON, DEPTH_SCALE, USBL_TURN, PLACE];
+const OF_READINGS: [usize; 6] = [HEADING_LAG, SOFT_IRON, DEPTH_SCALE, USBL_TURN, PLACE, HEADING_CHANGE];
 
 /// Whether it is an error of readings that `[installation]` of a vehicle file has no place for.
 #[must_use]
@@ -119,6 +132,58 @@ impl Effects {
         (sensors, in_process)
     }
 
+    /// Those of the board's catalogue at a time since the start of the log, s, with the changes that are there then.
+    #[must_use]
+    pub fn board_at(&self, t_s: f64) -> EffectSet {
+        let mut board = self.board;
+        for (entry, sizes, parameters) in CHANGES {
+            let values = &self.log[entry];
+            if is_on(t_s, values[sizes], values[sizes + 1]) {
+                for ((effect, parameter), size) in parameters.iter().zip(&values[..sizes]) {
+                    if let Some(id) = ParameterId::find(effect, parameter) {
+                        board.set(id, board.get(id) + size);
+                    }
+                }
+            }
+        }
+        board
+    }
+
+    /// Times at which [`Self::board_at`] changes, s, ascending.
+    #[must_use]
+    pub fn change_times_s(&self) -> Vec<f64> {
+        let is_present = |(entry, sizes, _): &&(usize, usize, _)| self.log[*entry][..*sizes].iter().any(|s| *s != 0.0);
+        let present = CHANGES.iter().filter(is_present);
+        let times = present.flat_map(|(entry, sizes, _)| {
+            let values = &self.log[*entry];
+            [Some(values[*sizes]), Some(values[sizes + 1]).filter(|end_s| *end_s > 0.0)]
+        });
+        let mut times: Vec<f64> = times.flatten().collect();
+        times.sort_by(f64::total_cmp);
+        times
+    }
+
+    /// What the compass reads more at a time since the start of the log, s, because something came near it, rad.
+    fn heading_change_rad(&self, t_s: f64) -> f64 {
+        let [rad, onset_s, end_s, _] = self.log[HEADING_CHANGE];
+        if is_on(t_s, onset_s, end_s) { rad } else { 0.0 }
+    }
+
+    /// First-order lag of the heading, s.
+    pub(crate) fn heading_lag_s(&self) -> f64 {
+        self.log[HEADING_LAG][0]
+    }
+
+    /// By how much the DVL is late, s.
+    pub(crate) fn dvl_delay_s(&self) -> f64 {
+        self.log[DVL_DELAY][0]
+    }
+
+    /// Where the DVL is, less where it is declared, m.
+    pub(crate) fn dvl_arm_m(&self) -> [f64; 3] {
+        first_three(self.log[DVL_ARM])
+    }
+
     /// Roll moment per newton of thrust, m: the hull rolls against the propeller.
     #[must_use]
     pub fn torque_arm_m(&self) -> f64 {
@@ -128,7 +193,7 @@ impl Effects {
     /// Where the transducer is, less where it is declared, m.
     #[must_use]
     pub fn transducer_arm_m(&self) -> [f64; 3] {
-        self.log[TRANSDUCER_ARM]
+        first_three(self.log[TRANSDUCER_ARM])
     }
 
     /// By how much actuators are behind their commands, s.
@@ -143,9 +208,10 @@ impl Effects {
         self.log[HEADING_LAG][0] != 0.0 || self.log[DVL_DELAY][0] != 0.0
     }
 
-    /// What these entries make of a perfect reading, in place, of a vehicle at `x`; returns ∂(read)/∂(true).
+    /// What these entries make of a perfect reading at `t_s`, in place, of a vehicle at `x`; returns ∂(read)/∂(true).
     pub fn read(
         &self,
+        t_s: f64,
         late: &Lateness,
         sensor: SensorChannel,
         (x, path): (&VehicleState, PathAt),
@@ -154,16 +220,16 @@ impl Effects {
         let mut slope = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
         match sensor {
             SensorChannel::Attitude => {
-                let [sin2, cos2, _] = self.log[SOFT_IRON];
+                let [sin2, cos2, ..] = self.log[SOFT_IRON];
                 if [sin2, cos2] != [0.0; 2] {
                     let (sin, cos) = (2.0 * reading[2]).sin_cos();
                     reading[2] += sin2 * sin + cos2 * cos;
                     slope[2][2] += 2.0 * (sin2 * cos - cos2 * sin);
                 }
-                reading[2] -= late.heading_rad;
+                reading[2] += self.heading_change_rad(t_s) - late.heading_rad;
             }
             SensorChannel::Dvl => {
-                let arm = swing(x.fixed_rows::<3>(P).into(), self.log[DVL_ARM]);
+                let arm = swing(x.fixed_rows::<3>(P).into(), self.dvl_arm_m());
                 for axis in 0..3 {
                     reading[axis] += arm[axis] - late.velocity_mps[axis];
                 }
@@ -174,13 +240,14 @@ impl Effects {
                 slope[0][0] = scale;
             }
             SensorChannel::Gnss if self.log[GNSS_ARM] != [0.0; MOST] => {
-                let arm = Attitude::new(&state::attitude(x)).rotation() * Vector3::from(self.log[GNSS_ARM]);
+                let arm =
+                    Attitude::new(&state::attitude(x)).rotation() * Vector3::from(first_three(self.log[GNSS_ARM]));
                 reading[0] += arm.x;
                 reading[1] += arm.y;
             }
             SensorChannel::Range | SensorChannel::TwoWayRange => {
                 reading[0] += (0..3).map(|axis| path.body[axis] * self.log[TRANSDUCER_ARM][axis]).sum::<f64>();
-                let [number, north_m, east_m] = self.log[PLACE];
+                let [number, north_m, east_m, _] = self.log[PLACE];
                 if path.station.is_some_and(|station| f64::from(station) == number) {
                     reading[0] -= path.ned[0] * north_m + path.ned[1] * east_m;
                 }
@@ -198,7 +265,7 @@ impl Effects {
     /// What fixes and ranges by sound would be of an array that is not turned, and of transponders that are where they are
     /// declared: the declared place is corrected.
     fn correct_positioning(&self, log: &mut Log) {
-        let ([turn_rad, ..], [number, north_m, east_m]) = (self.log[USBL_TURN], self.log[PLACE]);
+        let ([turn_rad, ..], [number, north_m, east_m, _]) = (self.log[USBL_TURN], self.log[PLACE]);
         for row in &mut log.rows {
             if let Some(usbl) = row.usbl().filter(|_| turn_rad != 0.0) {
                 let bearing_rad = usbl.bearing_rad - turn_rad;
@@ -220,7 +287,7 @@ impl Effects {
     pub fn corrected<'a>(&self, log: Cow<'a, Log>) -> Cow<'a, Log> {
         let mut log = log;
         let has = |entries: &[usize]| entries.iter().any(|entry| self.log[*entry] != [0.0; MOST]);
-        if has(&[HEADING_LAG, SOFT_IRON, DEPTH_SCALE]) {
+        if has(&[HEADING_LAG, SOFT_IRON, DEPTH_SCALE, HEADING_CHANGE]) {
             self.correct_readings(log.to_mut());
         }
         if has(&[USBL_TURN, PLACE]) {
@@ -228,9 +295,9 @@ impl Effects {
         }
         let [delay_s, ..] = self.log[DVL_DELAY];
         let moved = Installation {
-            dvl_arm_m: self.log[DVL_ARM],
+            dvl_arm_m: self.dvl_arm_m(),
             dvl_delay_s: delay_s.max(0.0),
-            gnss_arm_m: self.log[GNSS_ARM],
+            gnss_arm_m: first_three(self.log[GNSS_ARM]),
             ..Installation::DEFAULT
         };
         if moved == Installation::DEFAULT {
@@ -243,7 +310,8 @@ impl Effects {
     }
 
     fn correct_readings(&self, log: &mut Log) {
-        let ([lag_s, ..], [sin2, cos2, _]) = (self.log[HEADING_LAG], self.log[SOFT_IRON]);
+        let ([lag_s, ..], [sin2, cos2, ..]) = (self.log[HEADING_LAG], self.log[SOFT_IRON]);
+        let start_us = log.rows.first().map_or(0, |row| row.time_us);
         let scale = 1.0 + self.log[DEPTH_SCALE][0];
         let mut euler = [0.0; 3];
         let (mut behind, mut before_us) = (Lag::default(), None);
@@ -256,7 +324,8 @@ impl Effects {
                 behind.advance(lag_s, dt_s, (q * roll.sin() + r * roll.cos()) / pitch.cos());
             }
             if let Some(heading) = row.get(Column::Heading) {
-                let read = heading + behind.0;
+                let t_s = (row.time_us - start_us) as f64 * 1e-6;
+                let read = heading + behind.0 - self.heading_change_rad(t_s);
                 // The iron acts by the true heading: ψ = read - iron(ψ), whose terms shrink by twice the iron's size.
                 let mut heading = read;
                 for _ in 0..12 {
@@ -272,101 +341,14 @@ impl Effects {
     }
 }
 
-/// ω × arm, m/s.
-fn swing([p, q, r]: [f64; 3], [x, y, z]: [f64; 3]) -> [f64; 3] {
-    [q * z - r * y, r * x - p * z, p * y - q * x]
-}
-
-/// A first-order lag: by how much its output is behind a quantity that moves at a rate.
-#[derive(Clone, Copy, Debug, Default)]
-struct Lag(f64);
-
-impl Lag {
-    /// Exact where the rate is constant over the time `h_s`; a lag below zero leads by rate times lag.
-    fn advance(&mut self, lag_s: f64, h_s: f64, rate: f64) {
-        let settled = rate * lag_s;
-        let left = if lag_s > 0.0 { (-h_s / lag_s).exp() } else { 0.0 };
-        self.0 = settled + (self.0 - settled) * left;
-    }
-}
-
-/// Commands of the last steps: when each step ended, s, and what was commanded in it.
-#[derive(Clone, Debug, Default)]
-pub struct DelayLine(VecDeque<(f64, ActuatorInput)>);
-
-impl DelayLine {
-    /// The mean of what was commanded over a step that lies `delay_s` before this one, whose command is `now`.
-    pub fn delayed(&mut self, delay_s: f64, step: &Step, now: &ActuatorInput) -> ActuatorInput {
-        self.0.push_back((step.t_s + step.h_s, *now));
-        let from_s = step.t_s - delay_s;
-        let to_s = from_s + step.h_s;
-        while self.0.front().is_some_and(|(end_s, _)| *end_s <= from_s) && self.0.len() > 1 {
-            self.0.pop_front();
-        }
-        let mut mean = ActuatorInput::default();
-        let mut begin_s = from_s;
-        for (end_s, input) in &self.0 {
-            let share = (end_s.min(to_s) - begin_s).max(0.0) / step.h_s.max(f64::MIN_POSITIVE);
-            mean.propeller_radps += share * input.propeller_radps;
-            mean.fins_rad.iter_mut().zip(input.fins_rad).for_each(|(mean, fin)| *mean += share * fin);
-            begin_s = begin_s.max(*end_s);
-        }
-        mean
-    }
-}
-
-/// By how much late sensors are behind the vehicle, as the model moves it between readings.
-#[derive(Clone, Debug, Default)]
-pub struct Lateness {
-    heading_lag: Lag,
-    heading_rad: f64,
-    /// Velocity of the DVL over ground in body axes, m/s, less what readings corrected of the vehicle's: (time in s, value).
-    path: VecDeque<(f64, [f64; 3])>,
-    moved_mps: [f64; 3],
-    velocity_mps: [f64; 3],
-}
-
-impl Lateness {
-    /// Over a step that the vehicle made with the derivative `f` to the state `x`; `water_mps` is that of the water in body
-    /// axes after it.
-    pub fn advance(
-        &mut self,
-        effects: &Effects,
-        step: &Step,
-        (f, x): (&VehicleState, &VehicleState),
-        water_mps: [f64; 3],
-    ) {
-        self.heading_lag.advance(effects.log[HEADING_LAG][0], step.h_s, f[PSI]);
-        self.heading_rad = self.heading_lag.0;
-        let [delay_s, ..] = effects.log[DVL_DELAY];
-        let swing_of = |state: &VehicleState| swing(state.fixed_rows::<3>(P).into(), effects.log[DVL_ARM]);
-        if delay_s <= 0.0 {
-            let turned = swing_of(f);
-            self.velocity_mps = [0, 1, 2].map(|axis| delay_s * (f[U + axis] + turned[axis]));
-            return;
-        }
-        let swung = swing_of(x);
-        let to_s = step.t_s + step.h_s;
-        for axis in 0..3 {
-            self.moved_mps[axis] += f[U + axis] * step.h_s;
-        }
-        let now = [0, 1, 2].map(|axis| self.moved_mps[axis] + water_mps[axis] + swung[axis]);
-        self.path.push_back((to_s, now));
-        let then_s = to_s - delay_s;
-        while self.path.get(1).is_some_and(|(t_s, _)| *t_s <= then_s) {
-            self.path.pop_front();
-        }
-        let [(from_s, from), (next_s, next)] = [0, 1].map(|place| self.path.get(place).copied().unwrap_or((to_s, now)));
-        let share = if next_s > from_s { ((then_s - from_s) / (next_s - from_s)).clamp(0.0, 1.0) } else { 0.0 };
-        self.velocity_mps = [0, 1, 2].map(|axis| now[axis] - from[axis] - share * (next[axis] - from[axis]));
-    }
+fn first_three([x, y, z, _]: [f64; MOST]) -> [f64; 3] {
+    [x, y, z]
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use backseat_core::effects::{LOG_CATALOGUE, find_of_log};
-    use backseat_core::state::R;
     use backseat_logs::log::LogRow;
 
     #[test]
@@ -375,69 +357,42 @@ mod tests {
         for (name, _) in ENTRIES {
             let count = find_of_log(name).expect(name).parameters.len();
             assert!(LOG_CATALOGUE.iter().any(|info| info.name == name), "{name}");
-            let some = none.with(name, &[0.1, 0.2, 0.3][..count]).unwrap();
+            let some = none.with(name, &[0.1, 0.2, 0.3, 0.4][..count]).unwrap();
             assert_ne!(some, none, "{name}");
-            assert_eq!(some.with(name, &[0.0; 3][..count]).unwrap(), none);
+            assert_eq!(some.with(name, &[0.0; MOST][..count]).unwrap(), none);
         }
         assert!(none.with("thrust_curve", &[0.0; 3]).is_err());
         assert_ne!(none.with("depth_bias", &[0.1]).unwrap().board, EffectSet::NONE);
     }
 
-    /// What is commanded comes late, as its mean over the step; before the first command it was the same.
+    /// What changes is there from its onset to its end, of the board's entries on top of what lasts.
     #[test]
-    fn val_late_inputs() {
-        let input = |value: f64| ActuatorInput { propeller_radps: value, fins_rad: [value; 4] };
-        let (mut line, mut t_s) = (DelayLine::default(), 0.0);
-        for k in 0..100_u32 {
-            // steps of two lengths; from 0 to 1 with the one that begins at 1.5 s, 0.33 s late
-            let h_s = if k % 2 == 0 { 0.02 } else { 0.04 };
-            let late = line.delayed(0.33, &Step { t_s, h_s }, &input(if t_s < 1.5 - 1e-9 { 0.0 } else { 1.0 }));
-            let expected = ((t_s + h_s - 1.83) / h_s).clamp(0.0, 1.0);
-            assert!(
-                (late.propeller_radps - expected).abs() < 1e-9 && late.fins_rad[3] == late.propeller_radps,
-                "{k} {late:?}"
-            );
-            t_s += h_s;
+    fn val_changes_come_and_go() {
+        let effects = [
+            ("water_current", &[0.1, 0.2][..]),
+            ("current_change", &[0.05, -0.1, 100.0, 200.0]),
+            ("buoyancy_change", &[-0.3, 150.0, 0.0]),
+            ("heading_change", &[0.08, 120.0, 180.0]),
+        ];
+        let effects = effects.iter().fold(Effects::default(), |all, (name, values)| all.with(name, values).unwrap());
+        assert_eq!(effects.change_times_s(), [100.0, 150.0, 200.0]);
+        for (t_s, north_mps, kg, rad) in [
+            (99.0, 0.1, 0.0, 0.0),
+            (100.0, 0.15, 0.0, 0.0),
+            (150.0, 0.15, -0.3, 0.08),
+            (180.0, 0.15, -0.3, 0.0),
+            (200.0, 0.1, -0.3, 0.0),
+        ] {
+            let (board, mut reading) = (effects.board_at(t_s), [0.0; 3]);
+            let at = (&VehicleState::zeros(), PathAt::default());
+            effects.read(t_s, &Lateness::default(), SensorChannel::Attitude, at, &mut reading);
+            let value = |effect, parameter| board.get(ParameterId::find(effect, parameter).unwrap());
+            let now = [value("water_current", "north_mps"), value("buoyancy_offset", "kg"), reading[2]];
+            for (now, then) in now.iter().zip([north_mps, kg, rad]) {
+                assert!((now - then).abs() < 1e-12, "{t_s}: {now} {then}"); // rounding
+            }
         }
-    }
-
-    /// A vehicle whose rates change: closed forms of a lag and of a delay.
-    #[test]
-    fn val_late_sensors_are_behind_by_closed_forms() {
-        let effects = Effects::default().with("heading_lag", &[1.5]).unwrap().with("dvl_delay", &[0.33]).unwrap();
-        let mut late = Lateness::default();
-        let (h_s, end_s) = (0.05, 6.0);
-        let mut t_s: f64 = 0.0;
-        while t_s < end_s - 1e-9 {
-            // ψ = 0.1 t, u = sin t.
-            let mut f = VehicleState::zeros();
-            (f[PSI], f[U]) = (0.1, ((t_s + h_s).sin() - t_s.sin()) / h_s);
-            late.advance(&effects, &Step { t_s, h_s }, (&f, &VehicleState::zeros()), [0.0; 3]);
-            t_s += h_s;
-        }
-        let lag = 0.15 * (1.0 - (-end_s / 1.5_f64).exp());
-        assert!((late.heading_rad - lag).abs() < 1e-12);
-        // Straight lines between steps of 50 ms: h² / 8.
-        let delay = t_s.sin() - (t_s - 0.33_f64).sin();
-        assert!((late.velocity_mps[0] - delay).abs() < 4e-4, "{} {delay}", late.velocity_mps[0]);
-    }
-
-    /// A DVL half a metre ahead of a vehicle that turns at r = 0.2 cos t reads its sway of 0.33 s ago.
-    #[test]
-    fn val_a_late_dvl_swings_late() {
-        let effects = Effects::default().with("dvl_delay", &[0.33]).unwrap();
-        let effects = effects.with("dvl_lever_arm", &[0.5, 0.0, 0.0]).unwrap();
-        let (mut late, mut x, mut t_s, h_s) = (Lateness::default(), VehicleState::zeros(), 0.0_f64, 0.05);
-        while t_s < 6.0 - 1e-9 {
-            t_s += h_s;
-            x[R] = 0.2 * t_s.cos();
-            late.advance(&effects, &Step { t_s: t_s - h_s, h_s }, (&VehicleState::zeros(), &x), [0.0; 3]);
-        }
-        let mut reading = [0.0; 3];
-        effects.read(&late, SensorChannel::Dvl, (&x, PathAt::default()), &mut reading);
-        // Straight lines between steps of 50 ms: h² / 8 of 0.1.
-        assert!((reading[1] - 0.1 * (t_s - 0.33).cos()).abs() < 4e-5, "{reading:?}");
-        assert_eq!((reading[0], reading[2]), (0.0, 0.0));
+        assert!(Effects::default().change_times_s().is_empty());
     }
 
     /// An array turned by 0.2 rad reads a vehicle to the north-east of it and below further to the right; the correction
@@ -462,7 +417,7 @@ mod tests {
         let axes = backseat_core::navigation::triad(&along);
         let mut reading = axes.map(|axis| axis.dot(&truth));
         let at = (&VehicleState::zeros(), PathAt { ned: along.into(), ..PathAt::default() });
-        effects.read(&Lateness::default(), SensorChannel::Usbl, at, &mut reading);
+        effects.read(0.0, &Lateness::default(), SensorChannel::Usbl, at, &mut reading);
         assert!((Vector3::from(reading) - Vector3::new(read.norm(), 0.0, 0.0)).amax() < 1e-9, "{reading:?}");
     }
 

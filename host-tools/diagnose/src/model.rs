@@ -1,10 +1,21 @@
 //! The declared vehicle with a set of effects, as the whitener evaluates it.
 
-use crate::log_effects::{DelayLine, Effects, Lateness, PathAt};
+use crate::lateness::{DelayLine, Lateness};
+use crate::log_effects::{Effects, PathAt};
 use backseat_core::dynamics::{ActuatorInput, Attitude, Linearisation, VehicleModel, VehicleParameters};
-use backseat_core::effects::{ActuatorMemory, CATALOGUE, EffectInfo, Moment, ParameterKind, SensorChannel, Step};
+use backseat_core::effects::{
+    ActuatorMemory, CATALOGUE, EffectInfo, EffectSet, Moment, ParameterKind, SensorChannel, Step,
+};
 use backseat_core::navigation::models;
 use backseat_core::state::{self, P, U, VehicleState, X, Y};
+
+/// Plant and water between two changes.
+#[derive(Clone, Debug)]
+struct Stretch {
+    plant: VehicleModel,
+    /// Velocity, north and east, m/s.
+    water_mps: [f64; 2],
+}
 
 /// Plant, water and actuators under one set of effects.
 #[derive(Clone, Debug)]
@@ -12,11 +23,10 @@ pub struct Model {
     set: Effects,
     /// Entries of the board's catalogue that are present, by their places: they are asked at every step.
     active: Vec<usize>,
-    /// Times at which the plant changes, ascending.
+    /// Times at which plant or water change, ascending.
     changes: Vec<f64>,
-    /// The plant before the first of them, between them, after the last.
-    plants: Vec<VehicleModel>,
-    water: [f64; 2],
+    /// Before the first of them, between them, after the last.
+    stretches: Vec<Stretch>,
     /// Turned travel times into ranges, m/s.
     sound_speed_mps: f64,
     memory: ActuatorMemory,
@@ -26,11 +36,28 @@ pub struct Model {
     inputs: DelayLine,
 }
 
+impl Stretch {
+    /// As it is at `t_s`; `None` where the effects make a parameter impossible.
+    fn new(declared: &VehicleParameters, board: &EffectSet, t_s: f64) -> Option<Self> {
+        let (mut parameters, mut water_mps) = (*declared, [0.0; 2]);
+        for (_, info, values) in board.active() {
+            if let Some(hook) = info.hooks.plant {
+                hook(values, t_s, &mut parameters);
+            }
+            if let Some(hook) = info.hooks.water {
+                let flow = hook(values);
+                water_mps = [water_mps[0] + flow[0], water_mps[1] + flow[1]];
+            }
+        }
+        Some(Self { plant: VehicleModel::new(&parameters).ok()?, water_mps })
+    }
+}
+
 impl Model {
     /// Builds the plants; `None` where the effects make a parameter impossible (a trial step too far).
     #[must_use]
     pub fn new(declared: &VehicleParameters, sound_speed_mps: f64, set: &Effects) -> Option<Self> {
-        let (mut changes, mut water, mut has_input) = (Vec::new(), [0.0; 2], false);
+        let (mut changes, mut has_input) = (set.change_times_s(), false);
         for (_, info, values) in set.board.active() {
             if info.hooks.plant.is_some() {
                 let times = info.parameters.iter().zip(values).filter(|(p, time_s)| {
@@ -38,27 +65,14 @@ impl Model {
                 });
                 changes.extend(times.map(|(_, time_s)| *time_s));
             }
-            if let Some(hook) = info.hooks.water {
-                let flow = hook(values);
-                water = [water[0] + flow[0], water[1] + flow[1]];
-            }
             has_input |= info.hooks.input.is_some();
         }
         changes.sort_by(f64::total_cmp);
-        let mut plants = Vec::with_capacity(changes.len() + 1);
-        for place in 0..=changes.len() {
-            let t_s = if place == 0 { f64::NEG_INFINITY } else { changes[place - 1] };
-            let mut parameters = *declared;
-            for (_, info, values) in set.board.active() {
-                if let Some(hook) = info.hooks.plant {
-                    hook(values, t_s, &mut parameters);
-                }
-            }
-            plants.push(VehicleModel::new(&parameters).ok()?);
-        }
+        let starts_s = std::iter::once(f64::NEG_INFINITY).chain(changes.iter().copied());
+        let stretches = starts_s.map(|t_s| Stretch::new(declared, &set.board_at(t_s), t_s)).collect::<Option<_>>()?;
         let (memory, late, inputs) = (ActuatorMemory::default(), Lateness::default(), DelayLine::default());
         let active = set.board.active().map(|(place, _, _)| place).collect();
-        Some(Self { set: *set, active, changes, plants, water, sound_speed_mps, memory, has_input, late, inputs })
+        Some(Self { set: *set, active, changes, stretches, sound_speed_mps, memory, has_input, late, inputs })
     }
 
     /// The effects.
@@ -74,8 +88,15 @@ impl Model {
 
     /// Velocity of the water [north, east], m/s.
     #[must_use]
-    pub fn water_mps(&self) -> [f64; 2] {
-        self.water
+    pub fn water_mps(&self, t_s: f64) -> [f64; 2] {
+        self.stretch(t_s).water_mps
+    }
+
+    /// Whether the water moves as with `other` all the time.
+    #[must_use]
+    pub fn has_water_of(&self, other: &Self) -> bool {
+        let mut times = [f64::NEG_INFINITY].iter().chain(&self.changes).chain(&other.changes);
+        times.all(|t_s| self.water_mps(*t_s) == other.water_mps(*t_s))
     }
 
     /// What the actuators do over a step.
@@ -92,16 +113,17 @@ impl Model {
         input
     }
 
-    fn plant(&self, t_s: f64) -> &VehicleModel {
-        &self.plants[self.changes.partition_point(|change| *change <= t_s)]
+    fn stretch(&self, t_s: f64) -> &Stretch {
+        &self.stretches[self.changes.partition_point(|change| *change <= t_s)]
     }
 
     /// f and F at a state, moving water included.
     #[must_use]
     pub fn linearise(&self, t_s: f64, x: &VehicleState, input: &ActuatorInput) -> Linearisation {
-        let mut linearisation = self.plant(t_s).linearise(x, input);
-        linearisation.f[X] += self.water[0];
-        linearisation.f[Y] += self.water[1];
+        let Stretch { plant, water_mps } = self.stretch(t_s);
+        let mut linearisation = plant.linearise(x, input);
+        linearisation.f[X] += water_mps[0];
+        linearisation.f[Y] += water_mps[1];
         linearisation.f[P] += self.torque(t_s, x, input);
         linearisation
     }
@@ -109,9 +131,10 @@ impl Model {
     /// f at a state, moving water included.
     #[must_use]
     pub fn derivative(&self, t_s: f64, x: &VehicleState, input: &ActuatorInput) -> VehicleState {
-        let mut f = self.plant(t_s).derivative(x, input);
-        f[X] += self.water[0];
-        f[Y] += self.water[1];
+        let Stretch { plant, water_mps } = self.stretch(t_s);
+        let mut f = plant.derivative(x, input);
+        f[X] += water_mps[0];
+        f[Y] += water_mps[1];
         f[P] += self.torque(t_s, x, input);
         f
     }
@@ -122,7 +145,7 @@ impl Model {
         if arm_m == 0.0 {
             return 0.0;
         }
-        let plant = self.plant(t_s);
+        let plant = &self.stretch(t_s).plant;
         -arm_m * plant.propeller().thrust(input.propeller_radps, x[U]) / plant.parameters().m_diag[3]
     }
 
@@ -130,7 +153,7 @@ impl Model {
     pub fn follow(&mut self, step: &Step, f: &VehicleState, x: &VehicleState) {
         if self.set.is_late() {
             let attitude = Attitude::new(&state::attitude(x));
-            let track = models::bottom_track(&attitude, &self.water.into());
+            let track = models::bottom_track(&attitude, &self.water_mps(step.t_s + step.h_s).into());
             self.late.advance(&self.set, step, (f, x), track.current_in_body.into());
         }
     }
@@ -147,7 +170,7 @@ impl Model {
     ) -> ([f64; 3], [[f64; 3]; 3]) {
         let moment = Moment { t_s, sound_speed_mps: self.sound_speed_mps };
         let mut reading = truth;
-        let mut slope = self.set.read(&self.late, channel, at, &mut reading);
+        let mut slope = self.set.read(t_s, &self.late, channel, at, &mut reading);
         for (info, values) in self.active() {
             if let Some(measure) = info.hooks.measure.filter(|measure| measure.channels.contains(&channel)) {
                 let by = (measure.apply)(values, &moment, &mut reading).by_reading;

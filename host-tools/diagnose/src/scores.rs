@@ -10,7 +10,7 @@ use crate::split::Split;
 use crate::statistics::{self, NoiseColour};
 use crate::whitener::{Pass, Residual};
 use backseat_core::dynamics::Attitude;
-use backseat_core::effects::{SensorChannel, Step};
+use backseat_core::effects::{EffectSet, SensorChannel, Step};
 use backseat_core::navigation::{LONGEST_HOLD_S, ProcessModel, models};
 use backseat_core::state::{self, P, PHI, PSI, U, VehicleState, X, Y, Z, wrap_angle};
 use backseat_estimation::filter::{self, FilterOptions, FilterRun};
@@ -286,7 +286,7 @@ fn errors(
         Reading::Rates(rates) => (SensorChannel::Rates, ResidualChannel::P, at(P), rates),
         Reading::Dvl(velocity) => {
             let attitude = Attitude::new(&state::attitude(x));
-            let current = models::bottom_track(&attitude, &model.water_mps().into()).current_in_body;
+            let current = models::bottom_track(&attitude, &model.water_mps(t_s).into()).current_in_body;
             let through = at(U);
             let water = regressors::motion(proposed, snapshot);
             let rotation = attitude.rotation();
@@ -319,8 +319,9 @@ fn navigate(
     }
     let mut options = FilterOptions::new(&augmented, ProcessModel::Dynamic);
     options.use_dvl = use_dvl;
+    let changes: Vec<(f64, EffectSet)> = set.change_times_s().iter().map(|t_s| (*t_s, set.board_at(*t_s))).collect();
     if truth.is_some() {
-        return filter::run(log, &augmented, &options);
+        return filter::run_changing(log, &augmented, &options, &changes);
     }
     let mut blind = log.clone();
     let first = log.rows.iter().find(|row| row.gnss_m().is_some()).map_or(0, |row| row.time_us);
@@ -328,7 +329,7 @@ fn navigate(
     for row in blind.rows.iter_mut().filter(|row| row.time_us > last) {
         row.set(Column::GpsX, f64::NAN).set(Column::GpsY, f64::NAN);
     }
-    filter::run(&blind, &augmented, &options)
+    filter::run_changing(&blind, &augmented, &options, &changes)
 }
 
 fn against_truth(run: &FilterRun, truth: &Truth) -> Vec<(u64, f64)> {

@@ -111,8 +111,9 @@ fn with_ends_where_they_count(all: Vec<Evidence>) -> Vec<Evidence> {
 /// first search, which are a twelfth of the log apart, a short event loses most of its gain.
 #[must_use]
 pub fn refined_events(log_data: &PreparedLog, accepted: &[Instance], round: &Round, least: f64) -> Vec<Evidence> {
-    // Half a step off at both ends, a span of two steps keeps about half of its gain.
-    const NEAR: f64 = 0.4;
+    // Half a step off at both ends, a span of two steps keeps about half of its gain; a jump of the compass, of which lasting
+    // noise takes up what is not at its instant, a quarter.
+    const NEAR: f64 = 0.2;
     const MOST: usize = 4;
     let is_near = |e: &&Evidence| {
         e.score() > NEAR * least && chi_square_tail(e.gain, e.degrees) * (round.tried as f64) < FAMILY_ERROR

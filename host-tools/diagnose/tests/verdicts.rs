@@ -231,6 +231,37 @@ fn val_events_that_end() {
     assert_finds("drag_change:surge_ns_per_m=1.5,time_s=380,until_s=610", &[1.5, 380.0, 610.0], 29);
 }
 
+#[test]
+fn val_changes_under_way() {
+    assert_finds("heading_change:rad=0.08,time_s=600", &[0.08, 600.0], 31);
+    assert_finds("buoyancy_change:kg=-0.2,time_s=400,until_s=800", &[-0.2, 400.0, 800.0], 32);
+}
+
+/// A current that sets in within five minutes is a step within them.
+#[test]
+fn val_a_current_that_sets_in() {
+    let long = |spec: &mut Spec| (spec.duration_s, spec.shape) = (1800.0, Shape::Lawnmower);
+    let d = diagnose(&["current_change:north_mps=0.15,east_mps=-0.1,time_s=900"], 33, long);
+    let found = d.effects.first().expect("named");
+    assert_eq!(found.instance.candidate.effect, "current_change", "{}", d.reason);
+    // a tenth of what it is
+    for (value, (truth, within)) in found.values.iter().zip([(0.15, 0.018), (-0.1, 0.018), (1050.0, 150.0)]) {
+        assert!((value.value - truth).abs() < within, "{value:?}");
+    }
+}
+
+/// A vehicle file declares attitude for the worst of its three angles.
+#[test]
+fn an_attitude_four_times_as_good_as_declared_is_no_effect() {
+    let mut spec = Spec::new(VehicleFile::reference());
+    (spec.noise, spec.duration_s) = (NoiseKind::Mixed, 900.0);
+    spec.vehicle.sensors.attitude_rad *= 0.25;
+    let log = dataset::simulate(&spec, 115).log;
+    let mut log_data = PreparedLog::new(&log, &VehicleFile::reference(), true).unwrap();
+    let d = diagnosis::run(&mut log_data, |_| {}).unwrap();
+    assert_eq!(d.verdict, Verdict::None, "{:?} {}", d.effects, d.reason);
+}
+
 /// Entries that no board holds as parameters.
 #[test]
 fn val_sensors_and_propeller_that_only_a_log_knows() {

@@ -195,6 +195,78 @@ pub(super) const ENTRIES: &[EffectInfo] = &[
         &[with("water_current", "A log shorter than a tenth of the period", "Record a longer log")],
     ),
     entry(
+        "current_change",
+        &[
+            ParameterInfo::symmetric("north_mps", "m/s", 1.5),
+            ParameterInfo::symmetric("east_mps", "m/s", 1.5),
+            ParameterInfo::ONSET,
+            ParameterInfo::END,
+        ],
+        Enters::Both,
+        "c += (north, east) while time <= t < until",
+        "As of water_current, from a time on: position, ranges and bottom track were right before",
+        &[
+            with("water_current", "The change comes near the start or the end of the log", "Record a longer log"),
+            with(
+                "heading_change",
+                "There is no DVL bottom track, and the heading is the same since the change",
+                "Fly lines across, or surface for fixes on another heading",
+            ),
+            with(
+                "drag_change",
+                "There is no DVL, and the heading is the same since the change",
+                "Fly the same line in both directions",
+            ),
+        ],
+    ),
+    entry(
+        "heading_change",
+        &[ParameterInfo::symmetric("rad", "rad", 0.6), ParameterInfo::ONSET, ParameterInfo::END],
+        Enters::Measurement,
+        "psi_m += rad while time <= t < until",
+        "The dead-reckoned track is rotated by a constant from a time on; the heading jumps more than the yaw rate turns it",
+        &[with("heading_bias", "The change comes near the start or the end of the log", "Record a longer log")],
+    ),
+    entry(
+        "buoyancy_change",
+        &[ParameterInfo::symmetric("kg", "kg", 2.0), ParameterInfo::ONSET, ParameterInfo::END],
+        Enters::Process,
+        "rho V += kg while time <= t < until",
+        "As of buoyancy_offset, from a time on: water that enters, or a weight that drops",
+        &[
+            with("buoyancy_offset", "The change comes near the start or the end of the log", "Record a longer log"),
+            with(
+                "fin_stuck",
+                "An elevator that is hardly commanded since the change",
+                "Change the depth, or fly at a second propeller speed",
+            ),
+        ],
+    ),
+    entry(
+        "thrust_change",
+        &[
+            ParameterInfo::size("k_n_s2_per_rad_m", "N s^2/(rad m)", -0.01, 0.03),
+            ParameterInfo::ONSET,
+            ParameterInfo::END,
+        ],
+        Enters::Process,
+        "X -= k omega u while time <= t < until",
+        "As of thrust_loss, from a time on: a blade lost, weed in the propeller. Of the thrust beta5 omega^2 it is the share \
+         k u / (beta5 omega)",
+        &[
+            with(
+                "drag_change",
+                "One propeller speed since the change: drag and lost thrust slow the vehicle alike",
+                "Hold two propeller speeds for some minutes each; stop the propeller and let the vehicle run out",
+            ),
+            with(
+                "current_change",
+                "There is no DVL, and the heading is the same since the change",
+                "Fly the same line in both directions",
+            ),
+        ],
+    ),
+    entry(
         "current_shear",
         &[ParameterInfo::symmetric("north_per_s", "1/s", 0.5), ParameterInfo::symmetric("east_per_s", "1/s", 0.5)],
         Enters::Process,

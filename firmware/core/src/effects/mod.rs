@@ -96,7 +96,8 @@ const ENTRIES: &[EffectInfo] = &[
 pub static LOG_CATALOGUE: &[EffectInfo] = log_entries::ENTRIES;
 
 /// Whether an event that begins at `time_s`, and ends at `until_s` unless that is 0, is there at `t_s`.
-fn is_on(t_s: f64, time_s: f64, until_s: f64) -> bool {
+#[must_use]
+pub fn is_on(t_s: f64, time_s: f64, until_s: f64) -> bool {
     t_s >= time_s && (until_s == 0.0 || t_s < until_s)
 }
 

@@ -1,8 +1,9 @@
 //! Entries of the catalogue that only the analysis of a log has: places and delays that are not as declared, sensors and
 //! a propeller with errors that no board corrects, and what a command does. Asked for by name, never drawn by chance.
 
-use super::catalogue::{entries, number, optional};
+use super::catalogue::{TIME, UNTIL, entries, number, optional, span};
 use super::{Draw, EffectKind, ParameterKind};
+use crate::scenario::Current;
 
 const fn arm(name: &'static str) -> ParameterKind {
     optional(name, 5.0, Draw::Vector(0.2, 1.0))
@@ -64,6 +65,40 @@ pub(super) const ENTRIES: &[EffectKind] = entries! { catalogue: false, by_name_o
         optional("east_m", 200.0, Draw::Vector(3.0, 30.0)),
     ],
     |p, v| { p.channel.misplaced = v[0] as usize; p.channel.misplaced_m = [v[1], v[2]]; };
+
+    "current_change", "a current sets in within minutes from a time on, for good or until another",
+    [
+        optional("north_mps", 1.5, Draw::Vector(0.05, 0.4)),
+        optional("east_mps", 1.5, Draw::Vector(0.05, 0.4)),
+        TIME,
+        UNTIL,
+    ],
+    |p, v| {
+        let begins = Current { north_mps: v[0], east_mps: v[1], onset_s: v[2], ..Current::default() };
+        let ends = Current { north_mps: -v[0], east_mps: -v[1], onset_s: v[3], ..Current::default() };
+        p.currents.extend([Some(begins), (v[3] > 0.0).then_some(ends)].into_iter().flatten());
+    };
+
+    "heading_change", "something near the compass turns it from a time on, for good or until another",
+    [number("rad", [-0.6, 0.6], Draw::Signed(0.02, 0.15)), TIME, UNTIL],
+    |p, v| {
+        let compass = &mut p.instruments.compass;
+        (compass.change, compass.changed) = (v[0], span(v[1], v[2]));
+    };
+
+    "buoyancy_change", "the vehicle gains buoyancy from a time on, for good or until another",
+    [number("kg", [-2.0, 2.0], Draw::Signed(0.05, 0.4)), TIME, UNTIL],
+    |p, v| {
+        let faults = &mut p.undeclared.faults;
+        (faults.lift_kg, faults.lifted) = (v[0], span(v[1], v[2]));
+    };
+
+    "thrust_change", "thrust falls with speed ahead from a time on, for good or until another: β5 ω |ω| − k ω u",
+    [number("k_n_s2_per_rad_m", [-0.01, 0.03], Draw::Size(0.002, 0.008)), TIME, UNTIL],
+    |p, v| {
+        let faults = &mut p.undeclared.faults;
+        (faults.advance_n_s2_per_rad_m, faults.advanced) = (v[0], span(v[1], v[2]));
+    };
 
     "propeller_torque", "the hull rolls against the propeller: torque over thrust",
     [number("arm_m", [-0.2, 0.2], Draw::Signed(0.01, 0.06))],

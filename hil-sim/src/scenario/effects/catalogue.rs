@@ -17,7 +17,8 @@ pub(super) const fn optional(name: &'static str, limit: f64, draw: Draw) -> Para
 pub(super) const FIN: ParameterKind = number("fin", [1.0, 4.0], Draw::Fin);
 pub(super) const TIME: ParameterKind = number("time_s", [0.0, 1.0e6], Draw::Event);
 /// When an event ends; 0: it does not.
-const UNTIL: ParameterKind = ParameterKind { name: "until_s", range: [0.0, 1.0e6], optional: true, draw: Draw::Never };
+pub(super) const UNTIL: ParameterKind =
+    ParameterKind { name: "until_s", range: [0.0, 1.0e6], optional: true, draw: Draw::Never };
 
 /// A fin's place from the value of its parameter.
 pub(super) fn fin(value: f64) -> usize {
@@ -25,7 +26,7 @@ pub(super) fn fin(value: f64) -> usize {
 }
 
 /// From a time to another, which is never if it is 0.
-fn span(from_s: f64, until_s: f64) -> Span {
+pub(super) fn span(from_s: f64, until_s: f64) -> Span {
     Span { from_s, until_s: if until_s > 0.0 { until_s } else { f64::INFINITY } }
 }
 

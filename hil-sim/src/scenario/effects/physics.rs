@@ -1,7 +1,7 @@
 //! What the effects change in the simulated world.
 
 use crate::scenario::{Current, Installation};
-use crate::truth::{Parameters, Undeclared};
+use crate::truth::{Parameters, Span, Undeclared};
 
 /// Waves by their orbital motion at the vehicle's depth.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -25,6 +25,10 @@ pub struct Compass {
     pub lag_s: f64,
     /// Error by the square of the propeller's speed, rad per (rad/s)².
     pub motor_s2: f64,
+    /// Constant that something near it adds for a while.
+    pub change: f64,
+    /// When.
+    pub changed: Span,
 }
 
 /// Errors of the vehicle's instruments, measured minus true.

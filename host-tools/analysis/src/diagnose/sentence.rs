@@ -13,7 +13,10 @@ use std::path::Path;
 
 /// Effects in words; `{name}` is the value of that parameter, a fin by its name. What is not here is listed by its
 /// names.
-const WORDS: [(&str, &str); 32] = [
+const WORDS: [(&str, &str); 35] = [
+    ("thrust_change", "the propeller loses thrust with speed, {k_n_s2_per_rad_m} more"),
+    ("heading_change", "the compass turns by {rad}"),
+    ("buoyancy_change", "the buoyancy changes by {kg}"),
     ("usbl_turn", "the USBL array is turned by {rad}"),
     (
         "transponder_place",
@@ -119,8 +122,11 @@ fn phrase(found: &FoundEffect) -> String {
         })
         .collect();
     let value = |name: &str| found.values.iter().find(|value| value.name == name).map_or(0.0, |value| value.value);
-    if effect == "water_current" {
-        return format!("{when}{}", current(value("north_mps"), value("east_mps")));
+    if ["water_current", "current_change"].contains(&effect) {
+        let (speed_mps, towards) = current(value("north_mps"), value("east_mps"));
+        let [before, after] =
+            if effect == "water_current" { ["a current of", " sets"] } else { ["the current gains", ""] };
+        return format!("{when}{before} {speed_mps:.2} m/s{after} towards {towards:.0} degrees");
     }
     let filled = |words: &&str| {
         let fill = |text: String, (name, value): &(&str, String)| text.replace(&format!("{{{name}}}"), value);
@@ -137,10 +143,9 @@ fn phrase(found: &FoundEffect) -> String {
     }
 }
 
-/// A current by the direction that it sets towards.
-fn current(north_mps: f64, east_mps: f64) -> String {
-    let towards = east_mps.atan2(north_mps).to_degrees().rem_euclid(360.0);
-    format!("a current of {:.2} m/s sets towards {towards:.0} degrees", north_mps.hypot(east_mps))
+/// Speed of a current, m/s, and where it sets towards, degrees.
+fn current(north_mps: f64, east_mps: f64) -> (f64, f64) {
+    (north_mps.hypot(east_mps), east_mps.atan2(north_mps).to_degrees().rem_euclid(360.0))
 }
 
 /// A name without its unit and underscores.
@@ -298,7 +303,7 @@ mod tests {
 
     #[test]
     fn a_current_has_a_direction() {
-        assert_eq!(current(0.0, -0.2), "a current of 0.20 m/s sets towards 270 degrees");
+        assert_eq!(current(0.0, -0.2), (0.2, 270.0));
     }
 
     #[test]

@@ -134,7 +134,7 @@ impl Filter<'_> {
 
     fn add_bottom_track(&self, prediction: &mut Prediction) {
         let attitude = Attitude::new(&state::attitude(&self.x));
-        let track = models::bottom_track(&attitude, &self.model.water_mps().into());
+        let track = models::bottom_track(&attitude, &self.model.water_mps(self.t_s).into());
         prediction.by_water = [0, 1].map(|axis| std::array::from_fn(|i| track.rotation[(axis, i)]));
         for (truth, current) in prediction.truth.iter_mut().zip(&track.current_in_body) {
             *truth += current;
@@ -212,7 +212,7 @@ impl Filter<'_> {
     fn range_rate(&self, measured: f64, ship: &ShipAtLaunch) -> Option<Prediction> {
         let attitude = Attitude::new(&state::attitude(&self.x));
         let nu = Vector3::new(self.x[U], self.x[U + 1], self.x[U + 2]);
-        let over_ground = models::ground_velocity(&attitude, &nu, &self.model.water_mps().into());
+        let over_ground = models::ground_velocity(&attitude, &nu, &self.model.water_mps(self.t_s).into());
         let [north, east] = ship.velocity_mps;
         // The transducer moves with ω × arm beside the centre of gravity; the derivatives of that are left out: a tenth
         // of a radian per second and half a metre of arm move it by 0.05 m/s.
@@ -336,10 +336,11 @@ impl Filter<'_> {
             let mut direct = [0.0; 3];
             let Kind::Effects { with, without, unit, channels, water, .. } = &term.kind else { return direct };
             if *water {
-                let from = without.as_deref().unwrap_or(model).water_mps();
+                let from = without.as_deref().unwrap_or(model).water_mps(t_s);
+                let now = with.water_mps(t_s);
                 for (axis, direct) in direct.iter_mut().enumerate() {
                     for side in 0..2 {
-                        *direct += (with.water_mps()[side] - from[side]) * prediction.by_water[side][axis];
+                        *direct += (now[side] - from[side]) * prediction.by_water[side][axis];
                     }
                 }
             }

@@ -247,7 +247,7 @@ impl<'a> Filter<'a> {
                     let without = if **without == *set { None } else { Some(Box::new(setup.model(without)?)) };
                     let before = without.as_ref().map_or(set, |without| without.set());
                     let (channels, in_process) = with.set().differences(before);
-                    let water = with.water_mps() != without.as_deref().unwrap_or(&model).water_mps();
+                    let water = !with.has_water_of(without.as_deref().unwrap_or(&model));
                     Kind::Effects { with, without, unit: *unit, in_process: in_process || water, channels, water }
                 }
             };

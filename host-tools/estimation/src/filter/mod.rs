@@ -5,6 +5,7 @@
 //! row on. The filter moves exactly to the times of rows, launches and arrivals.
 
 mod acoustics;
+mod errors;
 mod health;
 mod history;
 mod options;
@@ -19,14 +20,16 @@ use crate::inputs;
 use crate::smoother::Recording;
 use acoustics::{AcousticEvent, Direction, Flights, Packet, ShipTrack};
 use backseat_core::dynamics::{ActuatorInput, VehicleModel};
+use backseat_core::effects::EffectSet;
 use backseat_core::navigation::{
-    AcousticPath, ConfigError, Consistency, InitialShip, Learnt, Level, Measurement, NavigationError, Navigator,
-    ProcessModel, ProtectionLevel, Sensor, ShipEnd, StateEstimate, UsblAxes, UsblFix, VehicleEnd,
+    AcousticPath, Consistency, InitialShip, Learnt, Level, Measurement, NavigationConfig, Navigator, ProcessModel,
+    ProtectionLevel, Sensor, ShipEnd, StateEstimate, UsblAxes, UsblFix, VehicleEnd,
 };
-use backseat_core::parameters::{Installation, ParameterError};
+use backseat_core::parameters::Installation;
 use backseat_core::state::{VehicleState, X, Y};
 use backseat_logs::log::{Column, Log, LogRow, RADPS_PER_RPM, Usbl};
 use backseat_logs::{DataError, VehicleFile, interrupt};
+use errors::{failed, refused};
 use std::time::{Duration, Instant};
 
 /// How one sensor agreed with the filter.
@@ -81,6 +84,19 @@ pub fn run(log: &Log, vehicle: &VehicleFile, options: &FilterOptions) -> Result<
     run_watched(log, vehicle, options, |_| {}, |_| {})
 }
 
+/// [`run`] with effects that take the place of the declared ones from times on, s since the log's start, ascending.
+///
+/// # Errors
+/// As [`run`]; effects that the filter refuses.
+pub fn run_changing(
+    log: &Log,
+    vehicle: &VehicleFile,
+    options: &FilterOptions,
+    changes: &[(f64, EffectSet)],
+) -> Result<FilterRun, DataError> {
+    run_through((log, vehicle, options), changes, |_| {}, |_| {})
+}
+
 /// [`run`], calling `progress` with the number of rows done now and then, and showing the filter to `observe` after
 /// everything that happened at each time.
 ///
@@ -90,6 +106,15 @@ pub fn run_watched(
     log: &Log,
     vehicle: &VehicleFile,
     options: &FilterOptions,
+    progress: impl FnMut(usize),
+    observe: impl FnMut(&Navigator),
+) -> Result<FilterRun, DataError> {
+    run_through((log, vehicle, options), &[], progress, observe)
+}
+
+fn run_through(
+    (log, vehicle, options): (&Log, &VehicleFile, &FilterOptions),
+    changes: &[(f64, EffectSet)],
     mut progress: impl FnMut(usize),
     mut observe: impl FnMut(&Navigator),
 ) -> Result<FilterRun, DataError> {
@@ -98,10 +123,15 @@ pub fn run_watched(
     let mut pass = Pass::new(log, vehicle, options)?;
     let first_row = pass.start(vehicle)?;
     let rows = &log.rows;
+    let start_us = rows.first().map_or(0, |row| row.time_us);
+    let mut changes = changes.iter().peekable();
     for (index, row) in rows.iter().enumerate().skip(first_row) {
         if index % 4096 == 0 {
             interrupt::check();
             progress(index);
+        }
+        while let Some((_, effects)) = changes.next_if(|(t_s, _)| start_us as f64 + t_s * 1e6 <= row.time_us as f64) {
+            pass.change_effects(effects)?;
         }
         pass.acoustics_before(row.time_us)?;
         pass.move_to(row.time_us)?;
@@ -153,22 +183,7 @@ impl<'a> Pass<'a> {
         }
         let model = VehicleModel::new(&vehicle.parameters).map_err(|e| fail(e.to_string()))?;
         let mut navigator = Recording::new(Box::new(Navigator::new()));
-        navigator.configure(&options.navigation, &model).map_err(|e| match e {
-            ConfigError::OutOfRange(ParameterError { key, value, min, max, .. }) => {
-                fail(format!("{key} = {value}: expected {min} to {max}"))
-            }
-            ConfigError::Effect { effect, parameter } => {
-                fail(format!("effects.{effect}.{parameter} is outside its range"))
-            }
-            ConfigError::NotAState { effect, parameter } => {
-                fail(format!("the filter cannot estimate effects.{effect}.{parameter}, or not by itself"))
-            }
-            ConfigError::TooManyEffectStates => {
-                fail("more effects are to be estimated than the filter has room for".to_owned())
-            }
-            ConfigError::Plant { key } => fail(format!("with its effects, {key} is outside its range")),
-            ConfigError::LayoutChange => fail("the filter refuses other effect states while it runs".to_owned()),
-        })?;
+        navigator.configure(&options.navigation, &model).map_err(|e| refused(log, e))?;
         let ship_track =
             (options.ship == ShipSource::Packet).then(|| ShipTrack::of(log, options.navigation.sensors.ship_gnss_m));
         let run = FilterRun {
@@ -215,13 +230,13 @@ impl<'a> Pass<'a> {
             self.hold_actuators(row);
         }
         self.navigator.set_epoch(self.log.rows.first().map_or(0, |row| row.time_us));
-        self.navigator.initialise(time_us, &initial).map_err(|e| self.failed(e))?;
+        self.navigator.initialise(time_us, &initial).map_err(|e| failed(self.log, &self.navigator, e))?;
         self.navigator.start_from(&self.options.learnt);
         if let Some(declared) = &self.options.level {
             self.protection.start(&self.navigator.followed(), self.options.navigation.sensors.gnss_m, declared);
         }
         if let Some(ship) = ship {
-            self.navigator.initialise_ship(&ship).map_err(|e| self.failed(e))?;
+            self.navigator.initialise_ship(&ship).map_err(|e| failed(self.log, &self.navigator, e))?;
         }
         if self.options.smooth {
             self.navigator.keep();
@@ -231,21 +246,14 @@ impl<'a> Pass<'a> {
         Ok(next_row)
     }
 
-    fn failed(&self, error: NavigationError) -> DataError {
-        let t_s = self.navigator.time_us() as f64 * 1e-6;
-        let what = match error {
-            NavigationError::GapTooLong => "the log has a gap of more than ten minutes after",
-            NavigationError::NotFinite => "the filter's state is no longer finite at",
-            NavigationError::NotPositive => "the filter's covariance is no longer positive at",
-            NavigationError::NotInitialised => "the filter is not initialised at",
-            NavigationError::TimeBackwards => "time goes back after",
-            NavigationError::InvalidInput => "a fin angle or the propeller speed is not a finite number at",
-        };
-        DataError::file(&self.log.path, format!("{what} t_s {t_s}"))
+    /// Adopts other effects; state and covariance stay.
+    fn change_effects(&mut self, effects: &EffectSet) -> Result<(), DataError> {
+        let config = NavigationConfig { effects: *effects, ..*self.navigator.config() };
+        self.navigator.reconfigure(&config).map_err(|e| refused(self.log, e))
     }
 
     fn move_to(&mut self, time_us: u64) -> Result<(), DataError> {
-        self.navigator.predict(time_us, &self.input).map_err(|e| self.failed(e))?;
+        self.navigator.predict(time_us, &self.input).map_err(|e| failed(self.log, &self.navigator, e))?;
         if let Some(declared) = &self.options.level {
             self.protection.follow(&self.navigator.followed(), declared);
         }

@@ -31,7 +31,11 @@ const ORDER: [Class; 20] = {
     [S, N, S, P, S, O, T, N, S, P, S, N, S, O, S, T, S, N, O, P]
 };
 /// Entries that only the analysis of a log has, and that the model of the vehicle's dynamics tests.
-const OF_LOGS: [&str; 8] = [
+const OF_LOGS: [&str; 12] = [
+    "thrust_change",
+    "current_change",
+    "heading_change",
+    "buoyancy_change",
     "heading_lag",
     "dvl_delay",
     "dvl_lever_arm",
