@@ -14,6 +14,7 @@ mod integrator;
 pub mod mounting;
 mod parameters;
 mod plant;
+mod span;
 mod undeclared;
 mod vehicle;
 
@@ -22,5 +23,6 @@ pub use faults::{Faults, Flooding, Step};
 pub use integrator::runge_kutta_4;
 pub use parameters::{Fin, Parameters};
 pub use plant::{Plant, State, Water};
-pub use undeclared::{DragChange, FinFault, Span, Stuck, Undeclared};
+pub use span::Span;
+pub use undeclared::{DragChange, FinFault, Stuck, Undeclared};
 pub use vehicle::{Vehicle, VehicleTruth};

@@ -1,23 +1,7 @@
 //! Physics and failures of the simulated vehicle that no vehicle file declares.
 
-use super::Faults;
+use super::{Faults, Span};
 use crate::noise::Colour;
-
-/// A stretch of time, s.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Span {
-    /// Its first instant.
-    pub from_s: f64,
-    /// The first after it.
-    pub until_s: f64,
-}
-
-impl Span {
-    /// Whether a time lies in it.
-    pub fn holds(&self, time_s: f64) -> bool {
-        (self.from_s..self.until_s).contains(&time_s)
-    }
-}
 
 /// More surge drag for a while.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -1,7 +1,6 @@
 //! What comes late: commands that the actuators follow, readings of sensors that lag, as a model moves the vehicle between
 //! them.
 
-use crate::log_effects::Effects;
 use backseat_core::dynamics::ActuatorInput;
 use backseat_core::effects::Step;
 use backseat_core::state::{P, PSI, U, VehicleState};
@@ -63,20 +62,39 @@ pub struct Lateness {
     pub(crate) velocity_mps: [f64; 3],
 }
 
+/// Which sensors are late.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Delays {
+    /// First-order lag of the heading, s.
+    pub heading_lag_s: f64,
+    /// By how much the DVL is late, s.
+    pub dvl_s: f64,
+    /// Where the DVL is, less where it is declared, m.
+    pub dvl_arm_m: [f64; 3],
+}
+
+impl Delays {
+    /// Whether some sensor is late.
+    #[must_use]
+    pub fn are_any(&self) -> bool {
+        self.heading_lag_s != 0.0 || self.dvl_s != 0.0
+    }
+}
+
 impl Lateness {
     /// Over a step that the vehicle made with the derivative `f` to the state `x`; `water_mps` is that of the water in body
     /// axes after it.
     pub fn advance(
         &mut self,
-        effects: &Effects,
+        delays: &Delays,
         step: &Step,
         (f, x): (&VehicleState, &VehicleState),
         water_mps: [f64; 3],
     ) {
-        self.heading_lag.advance(effects.heading_lag_s(), step.h_s, f[PSI]);
+        self.heading_lag.advance(delays.heading_lag_s, step.h_s, f[PSI]);
         self.heading_rad = self.heading_lag.0;
-        let delay_s = effects.dvl_delay_s();
-        let swing_of = |state: &VehicleState| swing(state.fixed_rows::<3>(P).into(), effects.dvl_arm_m());
+        let delay_s = delays.dvl_s;
+        let swing_of = |state: &VehicleState| swing(state.fixed_rows::<3>(P).into(), delays.dvl_arm_m);
         if delay_s <= 0.0 {
             let turned = swing_of(f);
             self.velocity_mps = [0, 1, 2].map(|axis| delay_s * (f[U + axis] + turned[axis]));
@@ -102,8 +120,6 @@ impl Lateness {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::log_effects::PathAt;
-    use backseat_core::effects::SensorChannel;
     use backseat_core::state::R;
 
     /// What is commanded comes late, as its mean over the step; before the first command it was the same.
@@ -127,7 +143,7 @@ mod tests {
     /// A vehicle whose rates change: closed forms of a lag and of a delay.
     #[test]
     fn val_late_sensors_are_behind_by_closed_forms() {
-        let effects = Effects::default().with("heading_lag", &[1.5]).unwrap().with("dvl_delay", &[0.33]).unwrap();
+        let delays = Delays { heading_lag_s: 1.5, dvl_s: 0.33, ..Delays::default() };
         let mut late = Lateness::default();
         let (h_s, end_s) = (0.05, 6.0);
         let mut t_s: f64 = 0.0;
@@ -135,7 +151,7 @@ mod tests {
             // ψ = 0.1 t, u = sin t.
             let mut f = VehicleState::zeros();
             (f[PSI], f[U]) = (0.1, ((t_s + h_s).sin() - t_s.sin()) / h_s);
-            late.advance(&effects, &Step { t_s, h_s }, (&f, &VehicleState::zeros()), [0.0; 3]);
+            late.advance(&delays, &Step { t_s, h_s }, (&f, &VehicleState::zeros()), [0.0; 3]);
             t_s += h_s;
         }
         let lag = 0.15 * (1.0 - (-end_s / 1.5_f64).exp());
@@ -148,16 +164,15 @@ mod tests {
     /// A DVL half a metre ahead of a vehicle that turns at r = 0.2 cos t reads its sway of 0.33 s ago.
     #[test]
     fn val_a_late_dvl_swings_late() {
-        let effects = Effects::default().with("dvl_delay", &[0.33]).unwrap();
-        let effects = effects.with("dvl_lever_arm", &[0.5, 0.0, 0.0]).unwrap();
+        let delays = Delays { dvl_s: 0.33, dvl_arm_m: [0.5, 0.0, 0.0], ..Delays::default() };
         let (mut late, mut x, mut t_s, h_s) = (Lateness::default(), VehicleState::zeros(), 0.0_f64, 0.05);
         while t_s < 6.0 - 1e-9 {
             t_s += h_s;
             x[R] = 0.2 * t_s.cos();
-            late.advance(&effects, &Step { t_s: t_s - h_s, h_s }, (&VehicleState::zeros(), &x), [0.0; 3]);
+            late.advance(&delays, &Step { t_s: t_s - h_s, h_s }, (&VehicleState::zeros(), &x), [0.0; 3]);
         }
-        let mut reading = [0.0; 3];
-        effects.read(t_s, &late, SensorChannel::Dvl, (&x, PathAt::default()), &mut reading);
+        let swung = swing([0.0, 0.0, x[R]], delays.dvl_arm_m);
+        let reading = [0, 1, 2].map(|axis| swung[axis] - late.velocity_mps[axis]);
         // Straight lines between steps of 50 ms: h² / 8 of 0.1.
         assert!((reading[1] - 0.1 * (t_s - 0.33).cos()).abs() < 4e-5, "{reading:?}");
         assert_eq!((reading[0], reading[2]), (0.0, 0.0));

@@ -10,7 +10,7 @@
 pub use crate::acoustic_path::PathAt;
 
 use crate::acoustic_path::turned_about_down;
-use crate::lateness::{Lag, Lateness, swing};
+use crate::lateness::{Delays, Lag, Lateness, swing};
 use backseat_core::dynamics::Attitude;
 use backseat_core::effects::{EffectError, EffectSet, ParameterId, SensorChannel, is_on};
 use backseat_core::parameters::Installation;
@@ -169,19 +169,11 @@ impl Effects {
         if is_on(t_s, onset_s, end_s) { rad } else { 0.0 }
     }
 
-    /// First-order lag of the heading, s.
-    pub(crate) fn heading_lag_s(&self) -> f64 {
-        self.log[HEADING_LAG][0]
-    }
-
-    /// By how much the DVL is late, s.
-    pub(crate) fn dvl_delay_s(&self) -> f64 {
-        self.log[DVL_DELAY][0]
-    }
-
-    /// Where the DVL is, less where it is declared, m.
-    pub(crate) fn dvl_arm_m(&self) -> [f64; 3] {
-        first_three(self.log[DVL_ARM])
+    /// Which sensors are late.
+    #[must_use]
+    pub fn delays(&self) -> Delays {
+        let [[heading_lag_s, ..], [dvl_s, ..]] = [self.log[HEADING_LAG], self.log[DVL_DELAY]];
+        Delays { heading_lag_s, dvl_s, dvl_arm_m: first_three(self.log[DVL_ARM]) }
     }
 
     /// Roll moment per newton of thrust, m: the hull rolls against the propeller.
@@ -200,12 +192,6 @@ impl Effects {
     #[must_use]
     pub fn input_delay_s(&self) -> f64 {
         self.log[INPUT_DELAY][0]
-    }
-
-    /// Whether some sensor is late.
-    #[must_use]
-    pub fn is_late(&self) -> bool {
-        self.log[HEADING_LAG][0] != 0.0 || self.log[DVL_DELAY][0] != 0.0
     }
 
     /// What these entries make of a perfect reading at `t_s`, in place, of a vehicle at `x`; returns ∂(read)/∂(true).
@@ -229,7 +215,7 @@ impl Effects {
                 reading[2] += self.heading_change_rad(t_s) - late.heading_rad;
             }
             SensorChannel::Dvl => {
-                let arm = swing(x.fixed_rows::<3>(P).into(), self.dvl_arm_m());
+                let arm = swing(x.fixed_rows::<3>(P).into(), first_three(self.log[DVL_ARM]));
                 for axis in 0..3 {
                     reading[axis] += arm[axis] - late.velocity_mps[axis];
                 }
@@ -295,7 +281,7 @@ impl Effects {
         }
         let [delay_s, ..] = self.log[DVL_DELAY];
         let moved = Installation {
-            dvl_arm_m: self.dvl_arm_m(),
+            dvl_arm_m: first_three(self.log[DVL_ARM]),
             dvl_delay_s: delay_s.max(0.0),
             gnss_arm_m: first_three(self.log[GNSS_ARM]),
             ..Installation::DEFAULT

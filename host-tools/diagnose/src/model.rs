@@ -151,10 +151,11 @@ impl Model {
 
     /// Lets late sensors follow a step that the vehicle made with the derivative `f` to the state `x`.
     pub fn follow(&mut self, step: &Step, f: &VehicleState, x: &VehicleState) {
-        if self.set.is_late() {
+        let delays = self.set.delays();
+        if delays.are_any() {
             let attitude = Attitude::new(&state::attitude(x));
             let track = models::bottom_track(&attitude, &self.water_mps(step.t_s + step.h_s).into());
-            self.late.advance(&self.set, step, (f, x), track.current_in_body.into());
+            self.late.advance(&delays, step, (f, x), track.current_in_body.into());
         }
     }
 
