@@ -45,10 +45,7 @@ pub fn impossible(log_data: &PreparedLog, accepted: &JointFit, last: &Round) -> 
 fn is_borne_out_beside(log_data: &PreparedLog, accepted: &JointFit, instance: &Instance) -> bool {
     let all: Vec<Instance> = accepted.instances.iter().chain([instance]).cloned().collect();
     let with = log_data.fit(&all, DataPart::Seen);
-    with.is_some_and(|with| {
-        let of = of_terms(log_data, &accepted.pass, &with.pass);
-        of.is_borne_out()
-    })
+    with.is_some_and(|with| of_terms(log_data, &accepted.pass, &with.pass).is_borne_out())
 }
 
 fn impossible_note(instance: &Instance) -> String {

@@ -55,11 +55,17 @@ const USBL_TURN: usize = 9;
 const PLACE: usize = 10;
 /// Size, onset, end.
 const HEADING_CHANGE: usize = 11;
-/// Changes of the board's entries: how many sizes come before onset and end, and the board's parameters that they add to.
-const CHANGES: [(usize, usize, &[(&str, &str)]); 3] = [
-    (12, 2, &[("water_current", "north_mps"), ("water_current", "east_mps")]),
-    (13, 1, &[("buoyancy_offset", "kg")]),
-    (14, 1, &[("thrust_loss", "k_n_s2_per_rad_m")]),
+/// A change of one of the board's entries: its sizes, then onset and end.
+struct Change {
+    /// Its place.
+    entry: usize,
+    /// Effect and parameter of the board that each size adds to.
+    adds_to: &'static [(&'static str, &'static str)],
+}
+const CHANGES: [Change; 3] = [
+    Change { entry: 12, adds_to: &[("water_current", "north_mps"), ("water_current", "east_mps")] },
+    Change { entry: 13, adds_to: &[("buoyancy_offset", "kg")] },
+    Change { entry: 14, adds_to: &[("thrust_loss", "k_n_s2_per_rad_m")] },
 ];
 
 /// Values of all effects; all zero is the declared model.
@@ -132,17 +138,21 @@ impl Effects {
         (sensors, in_process)
     }
 
+    /// Sizes, onset and end of a change, s.
+    fn change(&self, change: &Change) -> (&[f64], f64, f64) {
+        let (sizes, times) = self.log[change.entry].split_at(change.adds_to.len());
+        (sizes, times[0], times[1])
+    }
+
     /// Those of the board's catalogue at a time since the start of the log, s, with the changes that are there then.
     #[must_use]
     pub fn board_at(&self, t_s: f64) -> EffectSet {
         let mut board = self.board;
-        for (entry, sizes, parameters) in CHANGES {
-            let values = &self.log[entry];
-            if is_on(t_s, values[sizes], values[sizes + 1]) {
-                for ((effect, parameter), size) in parameters.iter().zip(&values[..sizes]) {
-                    if let Some(id) = ParameterId::find(effect, parameter) {
-                        board.set(id, board.get(id) + size);
-                    }
+        for change in &CHANGES {
+            let (sizes, onset_s, end_s) = self.change(change);
+            for ((effect, parameter), size) in change.adds_to.iter().zip(sizes) {
+                if let Some(id) = ParameterId::find(effect, parameter).filter(|_| is_on(t_s, onset_s, end_s)) {
+                    board.set(id, board.get(id) + size);
                 }
             }
         }
@@ -152,12 +162,9 @@ impl Effects {
     /// Times at which [`Self::board_at`] changes, s, ascending.
     #[must_use]
     pub fn change_times_s(&self) -> Vec<f64> {
-        let is_present = |(entry, sizes, _): &&(usize, usize, _)| self.log[*entry][..*sizes].iter().any(|s| *s != 0.0);
-        let present = CHANGES.iter().filter(is_present);
-        let times = present.flat_map(|(entry, sizes, _)| {
-            let values = &self.log[*entry];
-            [Some(values[*sizes]), Some(values[sizes + 1]).filter(|end_s| *end_s > 0.0)]
-        });
+        let present =
+            CHANGES.iter().map(|change| self.change(change)).filter(|(sizes, ..)| sizes.iter().any(|s| *s != 0.0));
+        let times = present.flat_map(|(_, onset_s, end_s)| [Some(onset_s), (end_s > 0.0).then_some(end_s)]);
         let mut times: Vec<f64> = times.flatten().collect();
         times.sort_by(f64::total_cmp);
         times
