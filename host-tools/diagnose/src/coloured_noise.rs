@@ -22,8 +22,8 @@ pub struct Sensors {
     devices: &'static [&'static [ResidualChannel]],
     /// Time constants tried at first, s, fastest first.
     taus_s: [f64; 5],
-    /// Those of a second, slower part, s.
-    second_taus_s: [f64; 3],
+    /// Shares and time constants of a second, slower part, s.
+    second: [(f64, f64); 3],
     /// So many seconds from a log's beginning say roughly what their noise is.
     rough_s: f64,
     /// So many say it well enough.
@@ -39,8 +39,9 @@ pub const SENSORS: [Sensors; 2] = [
     Sensors {
         devices: &OWN,
         taus_s: [0.7, 2.0, 6.0, 20.0, 60.0],
-        second_taus_s: [8.0, 20.0, 50.0],
-        // ten and thirty times the longest time constant
+        // a gyro's zero wanders over minutes
+        second: [(0.08, 8.0), (0.08, 25.0), (0.01, 150.0)],
+        // ten times the longest time constant that is fast, and that is slow
         rough_s: 600.0,
         longest_s: 1800.0,
         fewest: 400,
@@ -50,7 +51,7 @@ pub const SENSORS: [Sensors; 2] = [
         devices: &ACOUSTIC,
         // paths and receivers wander over minutes
         taus_s: [6.0, 20.0, 60.0, 150.0, 300.0],
-        second_taus_s: [60.0, 150.0, 300.0],
+        second: [(0.08, 60.0), (0.08, 150.0), (0.08, 300.0)],
         // a reading every ten seconds is seldom: an hour, 150 samples
         rough_s: 1800.0,
         longest_s: 3600.0,
@@ -82,7 +83,7 @@ const SHARES: [f64; 2] = [0.15, 0.6];
 /// compass is ten times worse than the good accelerometers beside it. Held at the declared size, the parts that last of a
 /// quieter channel take up too much, and innovations are correlated the other way.
 const LEAST_SIZE: f64 = 0.1;
-/// The time constant that noise may have, over the fastest and the slowest tried.
+/// The time constant that noise may have, over the slowest tried.
 const BEYOND: f64 = 1.3;
 
 /// Noise of one channel, relative to what is declared.
@@ -105,8 +106,8 @@ impl Mixture {
     }
 
     fn is_possible(&self, sensors: &Sensors) -> bool {
-        let [fastest_s, .., slowest_s] = sensors.taus_s;
-        let taus_s = 0.6 * fastest_s..=BEYOND * slowest_s;
+        let ([fastest_s, .., slow_s], [.., (_, slowest_s)]) = (sensors.taus_s, sensors.second);
+        let taus_s = 0.6 * fastest_s..=BEYOND * slowest_s.max(slow_s);
         let inside =
             |(share, tau_s): (f64, f64)| share == 0.0 || (0.0..=0.97).contains(&share) && taus_s.contains(&tau_s);
         self.parts.iter().copied().all(inside) && self.parts[0].0 + self.parts[1].0 <= 0.97
@@ -235,16 +236,17 @@ impl Search<'_> {
         let one = self.start(*one)?;
         let mut best = one;
         // Alone the first part stands for both: beside a slower one it is faster.
-        let second = |tau_s: f64, faster: f64| {
+        let second = |(second_share, tau_s): (f64, f64), faster: f64| {
             move |m: &Mixture| match m.parts[0] {
-                (share, first_s) if share > 0.0 => Mixture { parts: [(share, faster * first_s), (0.08, tau_s)], ..*m },
+                (share, first_s) if share > 0.0 => {
+                    Mixture { parts: [(share, faster * first_s), (second_share, tau_s)], ..*m }
+                }
                 _ => *m,
             }
         };
-        let slow =
-            self.sensors.second_taus_s.into_iter().flat_map(|tau_s| [0.4, 1.0].map(|faster| second(tau_s, faster)));
+        let slow = self.sensors.second.into_iter().flat_map(|part| [0.4, 1.0].map(|faster| second(part, faster)));
         self.improve(&mut best, &slow.collect::<Vec<_>>());
-        self.improve(&mut best, &[0.04, 0.15, 0.25].map(|share| shared(1, share)));
+        self.improve(&mut best, &[0.01, 0.04, 0.15, 0.25].map(|share| shared(1, share)));
         self.undo_small_gains(&mut best, &one, SECOND_GAIN);
         self.improve(&mut best, &[0.1, 0.2, 0.4, 0.6, 0.8].map(|share| shared(0, share)));
         self.resize(&mut best, &[0.9, 1.1]);

@@ -114,6 +114,8 @@ fn select(
     let mut selected = log.select(progress)?;
     if !log.log_data.is_noise_estimated && coloured_noise::is_suspected(log.log_data, &selected.fit.pass) {
         log.log_data.is_noise_estimated = true;
+        let spans = selected.accepted.iter().filter_map(|instance| instance.candidate.span);
+        log.log_data.event_times_s = spans.flat_map(|span| [Some(span.onset_s), span.end_s]).flatten().collect();
         // Noise that lasts is a hump in the spectrum of innovations, as waves are: waves are what stands beside it, and are
         // then kept out of it.
         let is_swell = has_waves(&log.noise_effects);

@@ -38,6 +38,8 @@ pub struct PreparedLog {
     pub split: Split,
     /// Whether noise that lasts was looked for.
     pub is_noise_estimated: bool,
+    /// Onsets and ends found under the declared noise, s: of a quieter sensor the search from coarse times misses a jump.
+    pub event_times_s: Vec<f64>,
     /// Effects beside which the timing of the inputs was chosen last.
     timed_beside: Vec<&'static str>,
 }
@@ -121,6 +123,7 @@ impl PreparedLog {
             declared,
             split,
             is_noise_estimated: false,
+            event_times_s: Vec::new(),
             timed_beside: Vec::new(),
         })
     }
@@ -135,6 +138,7 @@ impl PreparedLog {
             setup: self.setup.clone(),
             split: self.split.clone(),
             timed_beside: self.timed_beside.clone(),
+            event_times_s: self.event_times_s.clone(),
             samples,
             declared,
             scope: self.scope.clone(),

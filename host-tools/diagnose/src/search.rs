@@ -30,6 +30,10 @@ pub fn coarse_times(duration_s: f64) -> Vec<f64> {
     (0..TIMES).map(|k| duration_s * (0.1 + 0.8 * k as f64 / (TIMES - 1) as f64)).collect()
 }
 
+/// Onsets and ends are searched to within this, s: a good compass that jumps shows it to the sample, and a model that jumps
+/// a sample earlier is wrong by all of it there.
+const FINEST_S: f64 = 0.2;
+
 /// From the first to the next of them, s.
 #[must_use]
 pub fn coarse_step_s(duration_s: f64) -> f64 {
@@ -53,7 +57,9 @@ pub fn spans(onsets: &[f64], ends: &[Option<f64>]) -> Vec<Span> {
 /// Judges every hypothesis beside the accepted effects.
 #[must_use]
 pub fn round(log_data: &PreparedLog, accepted: &[Instance]) -> Option<Round> {
-    let times = coarse_times(log_data.samples.duration_s);
+    let mut times = coarse_times(log_data.samples.duration_s);
+    times.extend(&log_data.event_times_s);
+    times.sort_by(f64::total_cmp);
     let spans = open_or_until(&times, &times);
     let (terms, hypotheses, nuisance) = candidates::catalogue(&log_data.scope, accepted, &spans);
     let pass = log_data.pass(&set_of(&log_data.scope.declared, accepted), &terms)?;
@@ -210,7 +216,7 @@ pub fn refine_span(log_data: &PreparedLog, others: &[Instance], found: &Instance
     let mut refined = None;
     let duration_s = log_data.samples.duration_s;
     let mut cell_s = coarse_step_s(duration_s);
-    while cell_s > 1.0 {
+    while cell_s > FINEST_S {
         let Span { onset_s, end_s } = best.candidate.span?;
         // An event in the first or last part of a log is no event: it was always, or never, there.
         let within = |t_s: &f64| (0.08 * duration_s..=0.92 * duration_s).contains(t_s);
