@@ -14,7 +14,7 @@ use std::path::Path;
 /// Effects in words; `{name}` is the value of that parameter, a fin by its name. What is not here is listed by its
 /// names.
 const WORDS: [(&str, &str); 35] = [
-    ("thrust_change", "the propeller loses thrust with speed, {k_n_s2_per_rad_m} more"),
+    ("thrust_change", "the propeller loses thrust, or the hull drags by the square of speed, {k_n_s2_per_rad_m} more"),
     ("heading_change", "the compass turns by {rad}"),
     ("buoyancy_change", "the buoyancy changes by {kg}"),
     ("usbl_turn", "the USBL array is turned by {rad}"),
