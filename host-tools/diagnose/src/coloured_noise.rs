@@ -41,7 +41,7 @@ pub const SENSORS: [Sensors; 2] = [
         taus_s: [0.7, 2.0, 6.0, 20.0, 60.0],
         // a gyro's zero wanders over minutes
         second: [(0.08, 8.0), (0.08, 25.0), (0.01, 150.0)],
-        // ten times the longest time constant that is fast, and that is slow
+        // ten times the longest time constant: of the first part, and of both
         rough_s: 600.0,
         longest_s: 1800.0,
         fewest: 400,
