@@ -210,7 +210,7 @@ impl Acoustics {
 
     /// What the vehicle's clock shows too much, s.
     fn clock_s(&self, time_s: f64) -> f64 {
-        self.channel.clock_offset_s + self.channel.clock_drift * time_s
+        self.channel.clock_offset_s + self.channel.clock_drift * time_s + self.channel.clock_change.at(time_s)
     }
 
     /// An uplink's frame, in which the place may be misstated.

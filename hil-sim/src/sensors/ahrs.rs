@@ -60,8 +60,8 @@ impl Ahrs {
             let (sin2, cos2) = libm::sincos(2.0 * heading);
             let [first, second] = [compass.first, compass.second];
             let motor = compass.motor_s2 * vehicle.actuators.propeller_radps.powi(2);
-            let is_changed = compass.changed.holds(1e-6 * vehicle.time_us as f64);
-            let constant = compass.constant + if is_changed { compass.change } else { 0.0 };
+            let time_s = 1e-6 * vehicle.time_us as f64;
+            let constant = compass.constant + compass.change.at(time_s);
             let bias = constant + motor + first[0] * sin + first[1] * cos + second[0] * sin2 + second[1] * cos2;
             let heading = self.lag(vehicle.time_us, heading);
             let unit = self.random.normals::<3>(1.0);
@@ -72,6 +72,7 @@ impl Ahrs {
                 rate = rates.mix(rate, self.rates_sigma_radps, vehicle.time_us);
             }
             let ([pitch_bias, pitch_scale], gyro) = (self.instruments.pitch, self.instruments.gyro_radps);
+            let pitch_bias = pitch_bias + self.instruments.pitch_change.at(time_s);
             ObservationKind::Ahrs {
                 euler_rad: [
                     roll + angle[0],

@@ -16,8 +16,7 @@ pub(super) struct Dvl {
     sigma_mps: f64,
     settings: scenario::Dvl,
     bottom_depth_m: f64,
-    /// (1 + scale) Ry(pitch)ᵀ Rz(yaw)ᵀ: true body velocity to what is measured.
-    mounting: [[f64; 3]; 3],
+    instruments: Instruments,
     /// Where it is.
     lever_m: [f64; 3],
     /// How it is turned, if it is.
@@ -36,17 +35,13 @@ impl Dvl {
         seed: u64,
     ) -> Self {
         let mixture = noise.mixture(SensorClass::Dvl, Colour::DVL, seed);
-        let gain = 1.0 + instruments.dvl_ratio;
-        let (sy, cy) = libm::sincos(instruments.dvl_mounting_rad[0]);
-        let (sp, cp) = libm::sincos(instruments.dvl_mounting_rad[1]);
-        let mounting = [[cp * cy, cp * sy, -sp], [-sy, cy, 0.0], [sp * cy, sp * sy, cp]];
         Self {
             sampler: Sampler::new(settings.fitted, settings.rate_hz, settings.offset_s),
             random: Stream::new(seed, Source::Dvl),
             sigma_mps: mixture.size * settings.sigma_mps.unwrap_or(declared_sigma_mps),
             settings: *settings,
             bottom_depth_m,
-            mounting: mounting.map(|row| row.map(|element| gain * element)),
+            instruments: *instruments,
             lever_m: std::array::from_fn(|i| installation.dvl_arm_m[i] + instruments.dvl_lever_m[i]),
             turn: (installation.dvl_turn_rad != [0.0; 3]).then(|| mounting::rotation(installation.dvl_turn_rad)),
             colouring: mixture.colouring(seed, Source::DvlColour),
@@ -69,13 +64,23 @@ impl Dvl {
             let [.., p, q, r] = vehicle.state;
             let v = [u + q * z - r * y, v + r * x - p * z, w + p * y - q * x];
             let v = self.turn.as_ref().map_or(v, |turn| mounting::into_frame(turn, v));
+            let mounting = self.mounting(vehicle.time_us as f64 * 1e-6);
             ObservationKind::Dvl {
                 velocity_mps: Some(core::array::from_fn(|i| {
-                    let m = &self.mounting[i];
+                    let m = mounting[i];
                     m[0] * v[0] + m[1] * v[1] + m[2] * v[2] + noise[i]
                 })),
                 altitude_m: Some(altitude_m + altitude_noise),
             }
         })
+    }
+
+    /// (1 + scale) Ry(pitch)ᵀ Rz(yaw)ᵀ: true body velocity to what is measured.
+    fn mounting(&self, time_s: f64) -> [[f64; 3]; 3] {
+        let Instruments { dvl_ratio, dvl_mounting_rad: [yaw, pitch], dvl_change: [scaled, turned], .. } =
+            self.instruments;
+        let gain = 1.0 + dvl_ratio + scaled.at(time_s);
+        let ((sy, cy), (sp, cp)) = (libm::sincos(yaw + turned.at(time_s)), libm::sincos(pitch));
+        [[cp * cy, cp * sy, -sp], [-sy, cy, 0.0], [sp * cy, sp * sy, cp]].map(|row| row.map(|element| gain * element))
     }
 }

@@ -78,7 +78,7 @@ impl Drive {
             *linkage = linkage.max(*servo - fault.play_rad).min(*servo + fault.play_rad);
             actuators.fins_rad[i] = match fault.stuck {
                 Some(stuck) if stuck.when.holds(time_s) => stuck.rad,
-                _ => *linkage / (1.0 + fault.slip_s2_per_m2 * u * u) + fault.bias_rad,
+                _ => *linkage / (1.0 + fault.slip_s2_per_m2 * u * u) + fault.bias_rad + fault.shift_rad.at(time_s),
             };
         }
     }

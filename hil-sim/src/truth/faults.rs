@@ -1,6 +1,6 @@
 //! What breaks under way: the parameters of the vehicle as they are at a time.
 
-use super::{Parameters, Span};
+use super::{Parameters, Shift};
 
 /// A factor from a time on.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -57,13 +57,11 @@ pub struct Faults {
     /// A weight that was dropped, kg in water.
     pub dropped_kg: f64,
     /// What it gains in buoyancy for a while, kg.
-    pub lift_kg: f64,
-    /// When.
-    pub lifted: Span,
+    pub lift_kg: Shift,
+    /// By how much its centre of gravity moves ahead for a while, as an angle about the centre of buoyancy, rad.
+    pub trim_rad: Shift,
     /// What the propeller loses with speed for a while, N s²/(rad m).
-    pub advance_n_s2_per_rad_m: f64,
-    /// When.
-    pub advanced: Span,
+    pub advance_n_s2_per_rad_m: Shift,
 }
 
 impl Default for Faults {
@@ -74,10 +72,9 @@ impl Default for Faults {
             drag: Step::NONE,
             thrust: Step::NONE,
             dropped_kg: 0.0,
-            lift_kg: 0.0,
-            lifted: Span::default(),
-            advance_n_s2_per_rad_m: 0.0,
-            advanced: Span::default(),
+            lift_kg: Shift::default(),
+            trim_rad: Shift::default(),
+            advance_n_s2_per_rad_m: Shift::default(),
         }
     }
 }
@@ -85,19 +82,15 @@ impl Default for Faults {
 impl Faults {
     /// Water inside less the weight that was dropped or that something lifts, kg.
     fn gained_kg(&self, time_s: f64) -> f64 {
-        let lift_kg = if self.lifted.holds(time_s) { self.lift_kg } else { 0.0 };
-        self.flooding.kg_at(time_s) - self.dropped_kg - lift_kg
+        self.flooding.kg_at(time_s) - self.dropped_kg - self.lift_kg.at(time_s)
     }
 
     /// Numbers that are the same as long as the vehicle is.
-    pub(super) fn key(&self, time_s: f64) -> [f64; 8] {
+    pub(super) fn key(&self, time_s: f64) -> [f64; 9] {
         let [top, bottom, port, starboard] = self.fins.map(|fin| fin.at(time_s));
         let [drag, thrust] = [self.drag, self.thrust].map(|step| step.at(time_s));
-        [self.gained_kg(time_s), top, bottom, port, starboard, drag, thrust, self.advance(time_s)]
-    }
-
-    fn advance(&self, time_s: f64) -> f64 {
-        if self.advanced.holds(time_s) { self.advance_n_s2_per_rad_m } else { 0.0 }
+        let [trim, advance] = [self.trim_rad, self.advance_n_s2_per_rad_m].map(|shift| shift.at(time_s));
+        [self.gained_kg(time_s), trim, top, bottom, port, starboard, drag, thrust, advance]
     }
 
     /// The vehicle as it is at a time.
@@ -113,12 +106,16 @@ impl Faults {
             *mass += kg;
         }
         p.cb_to_cg_m[0] += self.flooding.kg_at(time_s) * self.flooding.x_m / p.displaced_mass_kg;
+        let ([x, _, z], trim_rad) = (p.cb_to_cg_m, self.trim_rad.at(time_s));
+        if trim_rad != 0.0 {
+            p.cb_to_cg_m[0] = z * libm::tan(libm::atan2(x, z) + trim_rad);
+        }
         for (fin, step) in p.fins.iter_mut().zip(&self.fins) {
             fin.area_m2 *= step.at(time_s);
         }
         p.quadratic_drag[0] *= self.drag.at(time_s);
         p.thrust_n_s2_per_rad2 *= self.thrust.at(time_s);
-        p.advance_n_s2_per_rad_m += self.advance(time_s);
+        p.advance_n_s2_per_rad_m += self.advance_n_s2_per_rad_m.at(time_s);
         p
     }
 }

@@ -23,6 +23,6 @@ pub use faults::{Faults, Flooding, Step};
 pub use integrator::runge_kutta_4;
 pub use parameters::{Fin, Parameters};
 pub use plant::{Plant, State, Water};
-pub use span::Span;
+pub use span::{Shift, Span};
 pub use undeclared::{DragChange, FinFault, Stuck, Undeclared};
 pub use vehicle::{Vehicle, VehicleTruth};

@@ -1,4 +1,4 @@
-//! When something happens.
+//! When something happens, and what is different meanwhile.
 
 /// A stretch of time, s.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -13,5 +13,21 @@ impl Span {
     /// Whether a time lies in it.
     pub fn holds(&self, time_s: f64) -> bool {
         (self.from_s..self.until_s).contains(&time_s)
+    }
+}
+
+/// A quantity that is larger for a while.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Shift {
+    /// By how much, in its unit.
+    pub by: f64,
+    /// When.
+    pub when: Span,
+}
+
+impl Shift {
+    /// What it adds at a time.
+    pub fn at(&self, time_s: f64) -> f64 {
+        if self.when.holds(time_s) { self.by } else { 0.0 }
     }
 }

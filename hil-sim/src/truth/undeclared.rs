@@ -1,6 +1,6 @@
 //! Physics and failures of the simulated vehicle that no vehicle file declares.
 
-use super::{Faults, Span};
+use super::{Faults, Shift, Span};
 use crate::noise::Colour;
 
 /// More surge drag for a while.
@@ -26,6 +26,8 @@ pub struct Stuck {
 pub struct FinFault {
     /// Where it stands minus where its servo holds it, rad.
     pub bias_rad: f64,
+    /// Its zero slips for a while, rad.
+    pub shift_rad: Shift,
     /// It no longer moves.
     pub stuck: Option<Stuck>,
     /// Play of the linkage: the fin follows its servo once it is this far away, rad.

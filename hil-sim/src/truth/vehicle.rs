@@ -52,7 +52,7 @@ pub struct Vehicle {
     /// As it was built.
     parameters: Parameters,
     /// What its faults have made of it.
-    worn: [f64; 8],
+    worn: [f64; 9],
     plant: Plant,
     drive: Drive,
     step_s: f64,

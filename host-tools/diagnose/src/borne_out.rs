@@ -11,8 +11,11 @@ use std::collections::BTreeMap;
 /// Data that would gain less than this by the effect as it was found say nothing of it: two and a half sigmas of the gain
 /// lie between right and wrong.
 const LEAST_EXPECTED: f64 = 6.0;
-/// Sigmas by which a gain must fall short: of effects that are there one in two hundred does.
-const SHORT_SIGMAS: f64 = 2.576;
+/// Sigmas by which a gain must fall short: of effects that are there one in twenty does, if they are so small that half of
+/// their gain lies within these.
+const SHORT_SIGMAS: f64 = 1.645;
+/// Part of the expected gain that an effect must have: of one that is b times as large as it was found, 2 b − 1 is gained.
+const LEAST_PART: f64 = 0.4;
 
 /// What an effect takes away from data that had no say in it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -53,14 +56,15 @@ impl BorneOut {
     /// Whether they speak for it: they say something of the effect, and gain most of what it should.
     #[must_use]
     pub fn is_borne_out(&self) -> bool {
-        self.is_tested() && self.gain > 0.5 * self.expected
+        self.is_tested() && self.gain > LEAST_PART * self.expected
     }
 
     /// Whether they speak against it: nothing is gained, or significantly less than the effect would gain, and less than
     /// half of that.
     #[must_use]
     pub fn is_refuted(&self) -> bool {
-        let falls_short = self.gain + SHORT_SIGMAS * self.error < self.expected && self.gain < 0.5 * self.expected;
+        let falls_short =
+            self.gain + SHORT_SIGMAS * self.error < self.expected && self.gain < LEAST_PART * self.expected;
         self.is_tested() && (self.gain <= 0.0 || falls_short)
     }
 }

@@ -174,7 +174,7 @@ impl Candidate {
     /// Whether it is a fin that no longer moves: one that is stuck at zero is an effect already.
     #[must_use]
     pub fn is_stuck(&self) -> bool {
-        self.member.is_some() && self.span.is_some()
+        self.effect == "fin_stuck"
     }
 
     /// Whether it ends before the log does.
@@ -250,7 +250,7 @@ pub fn beyond(scope: &Scope) -> Vec<(&'static str, &'static str)> {
     }
     let has = |channel: ResidualChannel| scope.present[channel as usize];
     if !has(ResidualChannel::Range) {
-        for effect in ["clock_offset", "clock_drift"] {
+        for effect in ["clock_offset", "clock_drift", "clock_change"] {
             reasons.push((effect, "the log has no ranges"));
         }
         if !has(ResidualChannel::UsblAlong) {
@@ -266,7 +266,7 @@ pub fn beyond(scope: &Scope) -> Vec<(&'static str, &'static str)> {
         reasons.push(("transponder_place", "the log has no ranges to fixed transponders"));
     }
     if !scope.present[ResidualChannel::DvlU as usize] {
-        for effect in ["dvl_scale", "dvl_misalignment", "dvl_delay", "dvl_lever_arm", "waves"] {
+        for effect in ["dvl_scale", "dvl_misalignment", "dvl_delay", "dvl_lever_arm", "dvl_change", "waves"] {
             reasons.push((effect, "the log has no DVL velocity"));
         }
     }

@@ -20,7 +20,7 @@ use crate::statistics::MOST_COLOURED;
 use crate::structure::{self, Structure};
 use crate::timing;
 use crate::verdict::{self, Conditions, LEAST_WHITENESS_P, Verdict};
-use crate::whitener::Pass;
+use crate::whitener::{Pass, Residual};
 use backseat_core::effects::ParameterKind;
 use backseat_logs::stats::{Z_95, chi_square_tail};
 use rayon::prelude::*;
@@ -112,6 +112,9 @@ fn select(
 ) -> Option<(Selected<JointFit>, Vec<FoundEffect>)> {
     let mut log = FullLog { log_data, noise_effects: Vec::new() };
     let mut selected = log.select(progress)?;
+    if exceeds_noise(log.log_data, &selected.fit.pass) {
+        selected = selection::in_another_order(&mut log, selected, progress)?;
+    }
     if !log.log_data.is_noise_estimated && coloured_noise::is_suspected(log.log_data, &selected.fit.pass) {
         log.log_data.is_noise_estimated = true;
         let spans = selected.accepted.iter().filter_map(|instance| instance.candidate.span);
@@ -136,6 +139,7 @@ fn select(
             if is_late || !log_data.retime(&selected.accepted)? {
                 log_data.declared = log_data.pass(&log_data.scope.declared, &[])?;
             }
+            log_data.event_times_s.extend(jumps(&log_data.declared));
             selected = log.select(progress)?;
             if !is_swell || !has_waves(&log.noise_effects) {
                 break;
@@ -160,6 +164,31 @@ fn lasting_noise(log_data: &PreparedLog, beside: &[Instance], is_swell: bool) ->
     }
     Some(found)
 }
+
+/// Times at which a sensor that may slip reads what no motion and no noise makes, s: a step that is a second late misses a
+/// jump of a good compass altogether.
+fn jumps(pass: &Pass) -> Vec<f64> {
+    const SIGMAS: f64 = 5.0;
+    const MOST: usize = 2;
+    const APART_S: f64 = 5.0;
+    let of = |channel: &ResidualChannel| {
+        let all = pass.residuals.iter().filter(|r| r.channel == *channel && r.normalised().abs() > SIGMAS);
+        let mut largest: Vec<&Residual> = all.collect();
+        largest.sort_by(|a, b| b.normalised().abs().total_cmp(&a.normalised().abs()));
+        let mut times: Vec<f64> = Vec::new();
+        for residual in largest {
+            if times.len() < MOST && times.iter().all(|t_s| (t_s - residual.t_s).abs() > APART_S) {
+                times.push(residual.t_s);
+            }
+        }
+        times
+    };
+    SLIPPING.iter().flat_map(of).collect()
+}
+
+/// Channels of sensors that may slip in their mount.
+const SLIPPING: [ResidualChannel; 4] =
+    [ResidualChannel::Heading, ResidualChannel::Pitch, ResidualChannel::DvlU, ResidualChannel::DvlV];
 
 fn has_waves(noise_effects: &[FoundEffect]) -> bool {
     noise_effects.iter().any(|found| found.instance.candidate.effect == "waves")
@@ -325,17 +354,17 @@ fn errs_in_a_channel(whitenesses: &[Whiteness], level: f64) -> bool {
 }
 
 /// By how much as many generic terms as entries must explain more to take their place: chance gives them no more than
-/// this where the entries are right. Beside large effects it is what is tolerated of any structure: an entry's
-/// derivative acts on the innovations' variance as well, a generic term's does not.
-const BETTER: f64 = 10.0;
-/// What fewer generic terms than entries may explain less and still take their place: a number and a part.
+/// this where the entries are right: a number and a part. An entry's derivative acts on the innovations' variance as
+/// well, a generic term's does not; and drag by the square of speed is nearly thrust lost with speed.
+const BETTER: (f64, f64) = (10.0, 0.005);
+/// What fewer generic terms than entries may explain less and still take their place, likewise.
 const WORSE: (f64, f64) = (10.0, 0.005);
 
 /// Whether as many generic terms explain more than the entries, or fewer as much: then the entries stand in for
 /// something that is not theirs. A derivative promises more than a large effect explains: terms that seem better are
 /// fitted before they count.
 fn generic_is_better(log_data: &mut PreparedLog, alternative: &Structure, accepted: usize, explained: f64) -> bool {
-    let explain_more = |gain: f64| gain > explained + BETTER.max(tolerated(explained));
+    let explain_more = |gain: f64| gain > explained + BETTER.0 + BETTER.1 * explained;
     let explain_as_much = |gain: f64| gain > explained - WORSE.0 - WORSE.1 * explained;
     let promised = |terms: usize| alternative.hints.iter().take(terms).map(|hint| hint.gain).sum::<f64>();
     let declared = log_data.seen_square(&log_data.declared);
@@ -374,7 +403,11 @@ fn settle(
             let better = alternatives.iter().find(|alternative| alternative.is_separable)?;
             let degrees = |candidate: &Candidate| candidate.degrees() as f64;
             let cost = 2.0 * (degrees(&better.instance.candidate) - degrees(&accepted[place].candidate));
-            (better.deficit + cost < -1.0).then(|| (place, better.instance.clone()))
+            let mut with = accepted.clone();
+            with[place] = better.instance.clone();
+            // What would be refused there takes no place.
+            let stands = |with| Some(judged::unfounded(log_data, &log_data.fit(with, DataPart::Seen)?).is_none());
+            (better.deficit + cost < -1.0 && stands(&with)?).then(|| (place, better.instance.clone()))
         });
         match swap {
             None => {

@@ -11,6 +11,10 @@ use crate::search;
 use crate::selection::{self, COST, Evidence, MOST_EFFECTS, Round, Selectable, Selected, Worth};
 use crate::verdict::LEAST_WHITENESS_P;
 use backseat_logs::stats::chi_square_tail;
+use rayon::prelude::*;
+
+/// Lasting effects that another selection may begin with, of which the best is taken.
+const MOST_STARTS: usize = 8;
 
 /// A log with the declared model, and what is noise and not motion.
 pub struct FullLog<'a> {
@@ -85,7 +89,9 @@ impl Selectable for FullLog<'_> {
         Worth::by_chance(p, square - COST * sizes as f64)
     }
 
-    /// If what is left is not white: the best lasting effect of the first round that was not accepted.
+    /// If what is left is not white: of the lasting effects of the first round that were not accepted the one that, fitted
+    /// alone, explains most. The derivative of a large one says little of that: the lift of half a kilogram is borne by
+    /// the square of heave.
     fn another_start(&self, selected: &Selected<JointFit>) -> Option<Instance> {
         let left = whiteness(self.log_data, &selected.fit.pass, DataPart::Seen);
         if whiteness_p(&left) >= LEAST_WHITENESS_P {
@@ -94,8 +100,15 @@ impl Selectable for FullLog<'_> {
         let round = selected.rounds.first()?;
         let is_accepted =
             |e: &Evidence| selected.accepted.iter().any(|a| a.candidate.effect == e.instance.candidate.effect);
-        let mut lasting = round.ladder.iter().filter(|e| e.instance.candidate.span.is_none() && !is_accepted(e));
-        lasting.find(|e| self.stands(&[], round, e)).map(|e| e.instance.clone())
+        let lasting = round.ladder.iter().filter(|e| e.instance.candidate.span.is_none() && !is_accepted(e));
+        let standing: Vec<&Evidence> = lasting.filter(|e| self.stands(&[], round, e)).take(MOST_STARTS).collect();
+        let alone = |e: &Evidence| {
+            let mut effects = vec![e.instance.clone()];
+            let fit = self.fit(&mut effects, &selected.fit, DataPart::Seen)?;
+            Some((self.cost(&effects, &fit), effects.pop()?))
+        };
+        let fits = standing.into_par_iter().filter_map(alone);
+        fits.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, instance)| instance)
     }
 
     /// Outliers and waves show better once the rest is explained.

@@ -89,7 +89,7 @@ pub fn unfounded(log_data: &PreparedLog, joint: &JointFit) -> Option<Refusal> {
     }
     let trained = log_data.fit(&joint.instances, DataPart::Train)?;
     let without = without_each(log_data, &joint.instances, DataPart::Train)?;
-    let of = borne_out(log_data, &trained.pass, &without, DataPart::Choose);
+    let of = borne_out(log_data, &joint.instances, &trained.pass, &without, DataPart::Choose);
     let place = worst(&of, |place| is_vain(&joint.instances[place], &of[place]))?;
     let name = joint.instances[place].candidate.label();
     let reason = "what is kept to choose by does not bear it out";
@@ -99,7 +99,7 @@ pub fn unfounded(log_data: &PreparedLog, joint: &JointFit) -> Option<Refusal> {
 /// The effect that the data that judge speak against, if there is one: it is not named, and the verdict says so.
 #[must_use]
 pub fn refuted(log_data: &PreparedLog, joint: &JointFit, without: &[Pass]) -> Option<Refusal> {
-    let of = borne_out(log_data, &joint.pass, without, DataPart::Judge);
+    let of = borne_out(log_data, &joint.instances, &joint.pass, without, DataPart::Judge);
     let place = worst(&of, |place| is_vain(&joint.instances[place], &of[place]))?;
     let name = joint.instances[place].candidate.label();
     let reason = "it is significant where it was fitted, and the data that judge do not bear it out";
@@ -115,13 +115,37 @@ fn is_vain(instance: &Instance, of: &BorneOut) -> bool {
 /// What the data that judge say of proposed terms, by the passes before and with them.
 #[must_use]
 pub fn of_terms(log_data: &PreparedLog, before: &Pass, with: &Pass) -> BorneOut {
-    borne_out(log_data, with, std::slice::from_ref(before), DataPart::Judge).pop().unwrap_or_default()
+    let block = |t_s: f64| block_of(log_data, DataPart::Judge, t_s);
+    BorneOut::of(before, with, block)
 }
 
-/// Of each effect, by the passes with all and without each.
-fn borne_out(log_data: &PreparedLog, with: &Pass, without: &[Pass], part: DataPart) -> Vec<BorneOut> {
-    let block = |t_s: f64| log_data.split.is_at(part, t_s).then(|| (t_s / log_data.split.block_s) as usize);
-    without.iter().map(|without| BorneOut::of(without, with, block)).collect()
+/// What an event stands for may set in over so long, s: there a step says how it sets in, and not whether it is there.
+const SETTLING_S: f64 = 120.0;
+
+/// Of each effect, by the passes with all and without each; of an event, if need be, of what lies beyond its setting in.
+fn borne_out(
+    log_data: &PreparedLog,
+    instances: &[Instance],
+    with: &Pass,
+    without: &[Pass],
+    part: DataPart,
+) -> Vec<BorneOut> {
+    let of = |(instance, without): (&Instance, &Pass)| {
+        let all = BorneOut::of(without, with, |t_s| block_of(log_data, part, t_s));
+        let Some(span) = instance.candidate.span.filter(|_| !all.is_borne_out()) else { return all };
+        let is_settled = |t_s: f64| {
+            [Some(span.onset_s), span.end_s].into_iter().flatten().all(|edge_s| (t_s - edge_s).abs() > SETTLING_S)
+        };
+        let block = |t_s: f64| block_of(log_data, part, t_s).filter(|_| is_settled(t_s));
+        let settled = BorneOut::of(without, with, block);
+        if settled.is_borne_out() { settled } else { all }
+    };
+    instances.iter().zip(without).map(of).collect()
+}
+
+/// The block of a time, if it is of a part.
+fn block_of(log_data: &PreparedLog, part: DataPart, t_s: f64) -> Option<usize> {
+    log_data.split.is_at(part, t_s).then(|| (t_s / log_data.split.block_s) as usize)
 }
 
 /// The one that falls short most.

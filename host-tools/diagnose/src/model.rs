@@ -9,10 +9,13 @@ use backseat_core::effects::{
 use backseat_core::navigation::models;
 use backseat_core::state::{self, P, U, VehicleState, X, Y};
 
-/// Plant and water between two changes.
+/// Plant, water and effects between two changes.
 #[derive(Clone, Debug)]
 struct Stretch {
     plant: VehicleModel,
+    board: EffectSet,
+    /// Entries of the board's catalogue that are present, by their places: they are asked at every step.
+    active: Vec<usize>,
     /// Velocity, north and east, m/s.
     water_mps: [f64; 2],
 }
@@ -21,9 +24,7 @@ struct Stretch {
 #[derive(Clone, Debug)]
 pub struct Model {
     set: Effects,
-    /// Entries of the board's catalogue that are present, by their places: they are asked at every step.
-    active: Vec<usize>,
-    /// Times at which plant or water change, ascending.
+    /// Times at which a stretch begins, ascending.
     changes: Vec<f64>,
     /// Before the first of them, between them, after the last.
     stretches: Vec<Stretch>,
@@ -49,7 +50,18 @@ impl Stretch {
                 water_mps = [water_mps[0] + flow[0], water_mps[1] + flow[1]];
             }
         }
-        Some(Self { plant: VehicleModel::new(&parameters).ok()?, water_mps })
+        let active = board.active().map(|(place, _, _)| place).collect();
+        Some(Self { plant: VehicleModel::new(&parameters).ok()?, board: *board, active, water_mps })
+    }
+
+    /// The entries of the board's catalogue that are present, with their values.
+    fn active(&self) -> impl Iterator<Item = (&'static EffectInfo, &[f64])> {
+        self.active.iter().map(|place| (&CATALOGUE[*place], self.board.values(*place)))
+    }
+
+    /// Whether anything stands between command and actuator.
+    fn has_input(&self) -> bool {
+        self.active().any(|(info, _)| info.hooks.input.is_some())
     }
 }
 
@@ -57,7 +69,7 @@ impl Model {
     /// Builds the plants; `None` where the effects make a parameter impossible (a trial step too far).
     #[must_use]
     pub fn new(declared: &VehicleParameters, sound_speed_mps: f64, set: &Effects) -> Option<Self> {
-        let (mut changes, mut has_input) = (set.change_times_s(), false);
+        let mut changes = set.change_times_s();
         for (_, info, values) in set.board.active() {
             if info.hooks.plant.is_some() {
                 let times = info.parameters.iter().zip(values).filter(|(p, time_s)| {
@@ -65,25 +77,20 @@ impl Model {
                 });
                 changes.extend(times.map(|(_, time_s)| *time_s));
             }
-            has_input |= info.hooks.input.is_some();
         }
         changes.sort_by(f64::total_cmp);
         let starts_s = std::iter::once(f64::NEG_INFINITY).chain(changes.iter().copied());
-        let stretches = starts_s.map(|t_s| Stretch::new(declared, &set.board_at(t_s), t_s)).collect::<Option<_>>()?;
+        let stretches =
+            starts_s.map(|t_s| Stretch::new(declared, &set.board_at(t_s), t_s)).collect::<Option<Vec<Stretch>>>()?;
+        let has_input = stretches.iter().any(Stretch::has_input);
         let (memory, late, inputs) = (ActuatorMemory::default(), Lateness::default(), DelayLine::default());
-        let active = set.board.active().map(|(place, _, _)| place).collect();
-        Some(Self { set: *set, active, changes, stretches, sound_speed_mps, memory, has_input, late, inputs })
+        Some(Self { set: *set, changes, stretches, sound_speed_mps, memory, has_input, late, inputs })
     }
 
     /// The effects.
     #[must_use]
     pub fn set(&self) -> &Effects {
         &self.set
-    }
-
-    /// The entries of the board's catalogue that are present, with their values.
-    fn active(&self) -> impl Iterator<Item = (&'static EffectInfo, &[f64])> {
-        self.active.iter().map(|place| (&CATALOGUE[*place], self.set.board.values(*place)))
     }
 
     /// Velocity of the water [north, east], m/s.
@@ -104,9 +111,10 @@ impl Model {
         let delay_s = self.set.input_delay_s();
         let mut input = if delay_s > 0.0 { self.inputs.delayed(delay_s, step, commanded) } else { *commanded };
         if self.has_input {
-            for place in &self.active {
-                if let Some(hook) = CATALOGUE[*place].hooks.input {
-                    hook(self.set.board.values(*place), step, &mut self.memory, &mut input);
+            let Self { stretches, changes, memory, .. } = self;
+            for (info, values) in stretches[place_of(changes, step.t_s)].active() {
+                if let Some(hook) = info.hooks.input {
+                    hook(values, step, memory, &mut input);
                 }
             }
         }
@@ -114,13 +122,13 @@ impl Model {
     }
 
     fn stretch(&self, t_s: f64) -> &Stretch {
-        &self.stretches[self.changes.partition_point(|change| *change <= t_s)]
+        &self.stretches[place_of(&self.changes, t_s)]
     }
 
     /// f and F at a state, moving water included.
     #[must_use]
     pub fn linearise(&self, t_s: f64, x: &VehicleState, input: &ActuatorInput) -> Linearisation {
-        let Stretch { plant, water_mps } = self.stretch(t_s);
+        let Stretch { plant, water_mps, .. } = self.stretch(t_s);
         let mut linearisation = plant.linearise(x, input);
         linearisation.f[X] += water_mps[0];
         linearisation.f[Y] += water_mps[1];
@@ -131,7 +139,7 @@ impl Model {
     /// f at a state, moving water included.
     #[must_use]
     pub fn derivative(&self, t_s: f64, x: &VehicleState, input: &ActuatorInput) -> VehicleState {
-        let Stretch { plant, water_mps } = self.stretch(t_s);
+        let Stretch { plant, water_mps, .. } = self.stretch(t_s);
         let mut f = plant.derivative(x, input);
         f[X] += water_mps[0];
         f[Y] += water_mps[1];
@@ -171,8 +179,8 @@ impl Model {
     ) -> ([f64; 3], [[f64; 3]; 3]) {
         let moment = Moment { t_s, sound_speed_mps: self.sound_speed_mps };
         let mut reading = truth;
-        let mut slope = self.set.read(t_s, &self.late, channel, at, &mut reading);
-        for (info, values) in self.active() {
+        let mut slope = self.set.read(&self.late, channel, at, &mut reading);
+        for (info, values) in self.stretch(t_s).active() {
             if let Some(measure) = info.hooks.measure.filter(|measure| measure.channels.contains(&channel)) {
                 let by = (measure.apply)(values, &moment, &mut reading).by_reading;
                 slope = std::array::from_fn(|i| std::array::from_fn(|j| (0..3).map(|k| by[i][k] * slope[k][j]).sum()));
@@ -181,9 +189,14 @@ impl Model {
         (reading, slope)
     }
 
-    /// Variance that the effects add to each scalar of a channel.
+    /// Variance that the effects add to each scalar of a channel; no change under way adds any.
     #[must_use]
     pub fn added_variance(&self, channel: SensorChannel) -> f64 {
-        self.active().filter_map(|(info, values)| Some((info.hooks.variance?)(values, channel))).sum()
+        self.stretches[0].active().filter_map(|(info, values)| Some((info.hooks.variance?)(values, channel))).sum()
     }
+}
+
+/// Which stretch a time lies in.
+fn place_of(changes: &[f64], t_s: f64) -> usize {
+    changes.partition_point(|change| *change <= t_s)
 }

@@ -319,6 +319,7 @@ fn navigate(
     }
     let mut options = FilterOptions::new(&augmented, ProcessModel::Dynamic);
     options.use_dvl = use_dvl;
+    let set = set.beyond_readings();
     let changes: Vec<(f64, EffectSet)> = set.change_times_s().iter().map(|t_s| (*t_s, set.board_at(*t_s))).collect();
     if truth.is_some() {
         return filter::run_changing(log, &augmented, &options, &changes);

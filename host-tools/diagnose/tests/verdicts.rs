@@ -234,7 +234,10 @@ fn val_events_that_end() {
 #[test]
 fn val_changes_under_way() {
     assert_finds("heading_change:rad=0.08,time_s=600", &[0.08, 600.0], 31);
-    assert_finds("buoyancy_change:kg=-0.2,time_s=400,until_s=800", &[-0.2, 400.0, 800.0], 32);
+    let flooded = "buoyancy_change:kg=-0.2,trim_rad=0.05,time_s=400,until_s=800";
+    assert_finds(flooded, &[-0.2, 0.05, 400.0, 800.0], 32);
+    assert_finds("dvl_change:ratio=0.02,yaw_rad=0.04,time_s=600", &[0.02, 0.04, 600.0], 31);
+    assert_finds("fin_bias_change:fin=top,rad=-0.04,time_s=500", &[1.0, -0.04, 500.0], 32);
 }
 
 /// A current that sets in within five minutes is a step within them.

@@ -228,11 +228,81 @@ pub(super) const ENTRIES: &[EffectInfo] = &[
         &[with("heading_bias", "The change comes near the start or the end of the log", "Record a longer log")],
     ),
     entry(
-        "buoyancy_change",
-        &[ParameterInfo::symmetric("kg", "kg", 2.0), ParameterInfo::ONSET, ParameterInfo::END],
+        "pitch_change",
+        &[ParameterInfo::symmetric("rad", "rad", 0.2), ParameterInfo::ONSET, ParameterInfo::END],
+        Enters::Measurement,
+        "theta_m += rad while time <= t < until",
+        "The pitch jumps more than the pitch rate turns it; from then on it disagrees with depth rate over speed",
+        &[with("pitch_sensor", "The change comes near the start or the end of the log", "Record a longer log")],
+    ),
+    entry(
+        "dvl_change",
+        &[
+            ParameterInfo::symmetric("ratio", "1", 0.1),
+            ParameterInfo::symmetric("yaw_rad", "rad", 0.3),
+            ParameterInfo::ONSET,
+            ParameterInfo::END,
+        ],
+        Enters::Measurement,
+        "v_m = (1 + ratio) Rz(yaw)^T v while time <= t < until",
+        "Surge or sway that the DVL shows jumps by a share of surge; the vehicle does not move otherwise",
+        &[
+            with("dvl_scale", "The change comes near the start or the end of the log", "Record a longer log"),
+            with("dvl_misalignment", "The change comes near the start or the end of the log", "Record a longer log"),
+            with(
+                "current_change",
+                "The heading is the same since the change",
+                "Fly lines across, and the same line in both directions",
+            ),
+        ],
+    ),
+    entry(
+        "clock_change",
+        &[ParameterInfo::symmetric("s", "s", 0.5), ParameterInfo::ONSET, ParameterInfo::END],
+        Enters::Measurement,
+        "r_m += c s while time <= t < until",
+        "From a time on all ranges are too long or too short by the same: a clock jumps, or echoes are heard",
+        &[
+            with("clock_offset", "The change comes near the start or the end of the log", "Record a longer log"),
+            with("clock_drift", "Few ranges before or after", "Record a longer log"),
+            with(
+                "current_change",
+                "There is no DVL, and the other end is in one direction since the change",
+                "Circle the other end, or surface for fixes",
+            ),
+        ],
+    ),
+    entry(
+        "fin_bias_change",
+        &[ParameterInfo::FIN, ParameterInfo::symmetric("rad", "rad", 0.3), ParameterInfo::ONSET, ParameterInfo::END],
         Enters::Process,
-        "rho V += kg while time <= t < until",
-        "As of buoyancy_offset, from a time on: water that enters, or a weight that drops",
+        "delta_fin = delta_c + rad while time <= t < until",
+        "The trim steps at one time: a fin slips on its shaft. From then on the fin follows its command as before",
+        &[
+            with("fin_bias", "The change comes near the start or the end of the log", "Record a longer log"),
+            with(
+                "fin_stuck",
+                "The fin has hardly been commanded since the onset",
+                "Turn and dive, so that the fin is commanded",
+            ),
+            with(
+                "buoyancy_change",
+                "An elevator that is hardly commanded since the change",
+                "Change the depth, or fly at a second propeller speed",
+            ),
+        ],
+    ),
+    entry(
+        "buoyancy_change",
+        &[
+            ParameterInfo::symmetric("kg", "kg", 2.0),
+            ParameterInfo::symmetric("trim_rad", "rad", 0.5),
+            ParameterInfo::ONSET,
+            ParameterInfo::END,
+        ],
+        Enters::Process,
+        "rho V += kg, and b_x = b_z tan(atan2(b_x, b_z) + trim) while time <= t < until",
+        "As of buoyancy_offset and pitch_trim, from a time on: water that enters, or a weight that drops, ahead or astern",
         &[
             with("buoyancy_offset", "The change comes near the start or the end of the log", "Record a longer log"),
             with(

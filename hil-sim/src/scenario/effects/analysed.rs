@@ -1,9 +1,15 @@
 //! Entries of the catalogue that only the analysis of a log has: places and delays that are not as declared, sensors and
 //! a propeller with errors that no board corrects, and what a command does. Asked for by name, never drawn by chance.
 
-use super::catalogue::{TIME, UNTIL, entries, number, optional, span};
+use super::catalogue::{FIN, TIME, UNTIL, entries, fin, number, optional, span};
 use super::{Draw, EffectKind, ParameterKind};
 use crate::scenario::Current;
+use crate::truth::Shift;
+
+/// A quantity that is larger from a time to another, which is never if it is 0.
+fn shift(by: f64, from_s: f64, until_s: f64) -> Shift {
+    Shift { by, when: span(from_s, until_s) }
+}
 
 const fn arm(name: &'static str) -> ParameterKind {
     optional(name, 5.0, Draw::Vector(0.2, 1.0))
@@ -81,24 +87,44 @@ pub(super) const ENTRIES: &[EffectKind] = entries! { catalogue: false, by_name_o
 
     "heading_change", "something near the compass turns it from a time on, for good or until another",
     [number("rad", [-0.6, 0.6], Draw::Signed(0.02, 0.15)), TIME, UNTIL],
-    |p, v| {
-        let compass = &mut p.instruments.compass;
-        (compass.change, compass.changed) = (v[0], span(v[1], v[2]));
-    };
+    |p, v| p.instruments.compass.change = shift(v[0], v[1], v[2]);
 
-    "buoyancy_change", "the vehicle gains buoyancy from a time on, for good or until another",
-    [number("kg", [-2.0, 2.0], Draw::Signed(0.05, 0.4)), TIME, UNTIL],
+    "pitch_change", "the pitch sensor slips from a time on, for good or until another",
+    [number("rad", [-0.2, 0.2], Draw::Signed(0.008, 0.04)), TIME, UNTIL],
+    |p, v| p.instruments.pitch_change = shift(v[0], v[1], v[2]);
+
+    "dvl_change", "scale and yaw of the DVL change from a time on, for good or until another",
+    [
+        optional("ratio", 0.1, Draw::Signed(0.01, 0.04)),
+        optional("yaw_rad", 0.3, Draw::Signed(0.01, 0.06)),
+        TIME,
+        UNTIL,
+    ],
+    |p, v| p.instruments.dvl_change = [shift(v[0], v[2], v[3]), shift(v[1], v[2], v[3])];
+
+    "clock_change", "the receiver's clock jumps at a time, for good or until another",
+    [number("s", [-0.5, 0.5], Draw::Signed(0.002, 0.02)), TIME, UNTIL],
+    |p, v| p.channel.clock_change = shift(v[0], v[1], v[2]);
+
+    "fin_bias_change", "the zero of one fin slips at a time, for good or until another",
+    [FIN, number("rad", [-0.3, 0.3], Draw::Signed(0.015, 0.06)), TIME, UNTIL],
+    |p, v| p.undeclared.fins[fin(v[0])].shift_rad = shift(v[1], v[2], v[3]);
+
+    "buoyancy_change", "the vehicle gains buoyancy, ahead or astern, from a time on, for good or until another",
+    [
+        number("kg", [-2.0, 2.0], Draw::Signed(0.05, 0.4)),
+        optional("trim_rad", 0.5, Draw::Signed(0.01, 0.12)),
+        TIME,
+        UNTIL,
+    ],
     |p, v| {
-        let faults = &mut p.undeclared.faults;
-        (faults.lift_kg, faults.lifted) = (v[0], span(v[1], v[2]));
+        p.undeclared.faults.lift_kg = shift(v[0], v[2], v[3]);
+        p.undeclared.faults.trim_rad = shift(v[1], v[2], v[3]);
     };
 
     "thrust_change", "thrust falls with speed ahead from a time on, for good or until another: β5 ω |ω| − k ω u",
     [number("k_n_s2_per_rad_m", [-0.01, 0.03], Draw::Size(0.002, 0.008)), TIME, UNTIL],
-    |p, v| {
-        let faults = &mut p.undeclared.faults;
-        (faults.advance_n_s2_per_rad_m, faults.advanced) = (v[0], span(v[1], v[2]));
-    };
+    |p, v| p.undeclared.faults.advance_n_s2_per_rad_m = shift(v[0], v[1], v[2]);
 
     "propeller_torque", "the hull rolls against the propeller: torque over thrust",
     [number("arm_m", [-0.2, 0.2], Draw::Signed(0.01, 0.06))],

@@ -1,7 +1,7 @@
 //! What the effects change in the simulated world.
 
 use crate::scenario::{Current, Installation};
-use crate::truth::{Parameters, Span, Undeclared};
+use crate::truth::{Parameters, Shift, Undeclared};
 
 /// Waves by their orbital motion at the vehicle's depth.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -26,9 +26,7 @@ pub struct Compass {
     /// Error by the square of the propeller's speed, rad per (rad/s)².
     pub motor_s2: f64,
     /// Constant that something near it adds for a while.
-    pub change: f64,
-    /// When.
-    pub changed: Span,
+    pub change: Shift,
 }
 
 /// Errors of the vehicle's instruments, measured minus true.
@@ -38,6 +36,8 @@ pub struct Instruments {
     pub compass: Compass,
     /// Pitch: bias, rad, and scale, measured / true − 1.
     pub pitch: [f64; 2],
+    /// Bias of pitch for a while, rad.
+    pub pitch_change: Shift,
     /// Body rates, rad/s.
     pub gyro_radps: [f64; 3],
     /// Depth, m.
@@ -48,6 +48,8 @@ pub struct Instruments {
     pub dvl_ratio: f64,
     /// Yaw and pitch of the DVL in the vehicle, rad.
     pub dvl_mounting_rad: [f64; 2],
+    /// Its scale and its yaw for a while.
+    pub dvl_change: [Shift; 2],
     /// Where the DVL is minus where it is declared to be (the centre of gravity), m.
     pub dvl_lever_m: [f64; 3],
 }
@@ -61,6 +63,8 @@ pub struct AcousticChannel {
     pub clock_offset_s: f64,
     /// Rate error of the receiver's clock.
     pub clock_drift: f64,
+    /// What its clock shows more for a while, s.
+    pub clock_change: Shift,
     /// Ranges are longer than the distance by this times its square, 1/m.
     pub bending_per_m: f64,
     /// Share of ranges that are no ranges.

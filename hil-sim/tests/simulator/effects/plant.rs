@@ -130,6 +130,10 @@ fn val_fins_lag_stand_off_and_stick() {
     let freed = flown(&freed, cruise(command), 2);
     assert_eq!(freed.truth[150].actuators.fins_rad, stuck.truth[150].actuators.fins_rad);
     assert_eq!(freed.truth[151].actuators.fins_rad, command);
+    let slipped = with(quiet(), "fin_bias_change", &[("fin", 2.0), ("rad", 0.02), ("time_s", 1.0), ("until_s", 1.5)]);
+    let slipped = flown(&slipped, cruise(command), 2);
+    let bottom_at = |step: usize| slipped.truth[step].actuators.fins_rad[1];
+    assert_eq!([100, 101, 150, 151].map(bottom_at), [-0.1, -0.08, -0.08, -0.1]);
 }
 
 #[test]

@@ -78,6 +78,36 @@ fn val_biases_and_scales_are_exactly_those_given() {
     }
 }
 
+/// What changes under way is there from its onset to its end, and at no other time.
+#[test]
+fn val_sensors_slip_and_come_back() {
+    let when = [("time_s", 40.0), ("until_s", 80.0)];
+    let slipped = |name, sizes: &[(&str, f64)]| turned(name, &[sizes, &when].concat());
+    let share =
+        |truth: &hil_sim::truth::VehicleTruth| f64::from(u8::from((40_000_000..80_000_000).contains(&truth.time_us)));
+    for (truth, [_, pitch, _], _) in slipped("pitch_change", &[("rad", 0.02)]).ahrs() {
+        close(pitch - truth.state[4], 0.02 * share(truth), 1e-12);
+    }
+    for (truth, [_, _, heading], _) in slipped("heading_change", &[("rad", -0.1)]).ahrs() {
+        close(libm::remainder(heading - truth.state[5], TAU), -0.1 * share(truth), 1e-12);
+    }
+    for (truth, [u, v, w]) in slipped("dvl_change", &[("ratio", 0.02), ("yaw_rad", 0.05)]).dvl() {
+        let [ahead, across, down] = truth.velocity_over_ground_mps;
+        let (gain, (sin, cos)) = (1.0 + 0.02 * share(truth), (0.05 * share(truth)).sin_cos());
+        close(u, gain * (cos * ahead + sin * across), 1e-12);
+        close(v, gain * (cos * across - sin * ahead), 1e-12);
+        close(w, gain * down, 1e-12);
+    }
+    let ranges = |scenario: &hil_sim::scenario::Scenario| flown(scenario, cruise([0.0; 4]), 120).ranges();
+    let jumped = with(quiet(), "clock_change", &[&[("s", 0.004)], &when[..]].concat());
+    let pairs: Vec<_> = ranges(&quiet()).into_iter().zip(ranges(&jumped)).collect();
+    assert!(pairs.len() > 3);
+    for ((t_s, clean), (_, dirty)) in pairs {
+        let is_there = (40.0..80.0).contains(&t_s);
+        close(dirty - clean, if is_there { 6.0 } else { 0.0 }, 1e-9); // rounding of sums of 1000 m
+    }
+}
+
 #[test]
 fn val_a_dvl_ahead_of_its_place_sees_the_turn_as_sway() {
     let flown = turned("dvl_lever_arm", &[("x_m", 0.3)]);

@@ -13,10 +13,14 @@ use std::path::Path;
 
 /// Effects in words; `{name}` is the value of that parameter, a fin by its name. What is not here is listed by its
 /// names.
-const WORDS: [(&str, &str); 35] = [
+const WORDS: [(&str, &str); 39] = [
     ("thrust_change", "the propeller loses thrust, or the hull drags by the square of speed, {k_n_s2_per_rad_m} more"),
     ("heading_change", "the compass turns by {rad}"),
-    ("buoyancy_change", "the buoyancy changes by {kg}"),
+    ("buoyancy_change", "the buoyancy changes by {kg}, and the trim in pitch by {trim_rad}"),
+    ("pitch_change", "the pitch sensor slips by {rad}"),
+    ("dvl_change", "the DVL turns by {yaw_rad} in yaw, and its scale changes by {ratio}"),
+    ("clock_change", "the clocks jump apart by {s}"),
+    ("fin_bias_change", "the {fin} fin slips by {rad} against its command"),
     ("usbl_turn", "the USBL array is turned by {rad}"),
     (
         "transponder_place",
@@ -24,7 +28,7 @@ const WORDS: [(&str, &str); 35] = [
     ),
     ("linear_drag", "the hull drags {surge_ns_per_m} more in surge"),
     ("drag_change", "the hull drags {surge_ns_per_m} more in surge"),
-    ("thrust_loss", "the propeller loses thrust with speed, {k_n_s2_per_rad_m}"),
+    ("thrust_loss", "the propeller loses thrust with speed, or the hull drags by its square, {k_n_s2_per_rad_m}"),
     ("thrust_decay", "the propeller loses thrust in time, {per_hour}"),
     ("roll_trim", "the vehicle is trimmed by {rad} in roll"),
     ("pitch_trim", "the vehicle is trimmed by {rad} in pitch"),
@@ -126,7 +130,8 @@ fn phrase(found: &FoundEffect) -> String {
         let (speed_mps, towards) = current(value("north_mps"), value("east_mps"));
         let [before, after] =
             if effect == "water_current" { ["a current of", " sets"] } else { ["the current gains", ""] };
-        return format!("{when}{before} {speed_mps:.2} m/s{after} towards {towards:.0} degrees");
+        let speed = quantity(speed_mps, "m/s");
+        return format!("{when}{before} {speed}{after} towards {towards:.0} degrees");
     }
     let filled = |words: &&str| {
         let fill = |text: String, (name, value): &(&str, String)| text.replace(&format!("{{{name}}}"), value);

@@ -31,11 +31,15 @@ const ORDER: [Class; 20] = {
     [S, N, S, P, S, O, T, N, S, P, S, N, S, O, S, T, S, N, O, P]
 };
 /// Entries that only the analysis of a log has, and that the model of the vehicle's dynamics tests.
-const OF_LOGS: [&str; 12] = [
+const OF_LOGS: [&str; 16] = [
     "thrust_change",
     "current_change",
     "heading_change",
     "buoyancy_change",
+    "pitch_change",
+    "dvl_change",
+    "clock_change",
+    "fin_bias_change",
     "heading_lag",
     "dvl_delay",
     "dvl_lever_arm",

@@ -68,7 +68,7 @@ fn rate_slope(grid: &Grid, fin: Column, sign: f64, rate: Column, over_s: f64) ->
         x: sign * mean(&fins[at..at + over]),
         others: [1.0, rates[at], angle.map_or(0.0, |angle| angle[at]), 0.0],
     });
-    Slope::of(equations.collect())
+    Slope::of(within_stretches(equations.collect()))
 }
 
 fn by_angle(grid: &Grid, fin: Column, sign: f64, angle: Column) -> Outcome {
@@ -83,7 +83,7 @@ fn by_angle(grid: &Grid, fin: Column, sign: f64, angle: Column) -> Outcome {
             x: sign * mean(&fins[at - half..at + half]),
             others: [1.0, angles[at] - angles[at - over], if righted { angles[at] } else { 0.0 }, 0.0],
         });
-        Slope::of(equations.collect())
+        Slope::of(within_stretches(equations.collect()))
     });
     Outcome::of(slopes, &signed(sign, fin), &format!("the turn of {} that follows", angle.name()), &DEMAND)
 }
@@ -117,6 +117,25 @@ fn axes(grid: &Grid) -> Outcome {
         super::relation::State::Untested
     };
     Outcome::new(state, evidence)
+}
+
+/// Without the mean of each stretch: a trim that changes slowly, by water that enters, holds a fin off its zero and the
+/// vehicle off its angle, and turns nothing.
+fn within_stretches(mut equations: Vec<Equation>) -> Vec<Equation> {
+    let is_number = |e: &Equation| e.y.is_finite() && e.x.is_finite() && e.others.iter().all(|other| other.is_finite());
+    equations.retain(is_number);
+    for stretch in equations.chunk_by_mut(|a, b| a.stretch == b.stretch) {
+        let count = stretch.len() as f64;
+        let (y, x) =
+            (stretch.iter().map(|e| e.y).sum::<f64>() / count, stretch.iter().map(|e| e.x).sum::<f64>() / count);
+        let others = [1, 2, 3].map(|k| stretch.iter().map(|e| e.others[k]).sum::<f64>() / count);
+        for equation in stretch {
+            equation.y -= y;
+            equation.x -= x;
+            (1..4).zip(others).for_each(|(k, other)| equation.others[k] -= other);
+        }
+    }
+    equations
 }
 
 fn mean(values: &[f64]) -> f64 {

@@ -3,28 +3,25 @@
 //!
 //! The latter are entries of [`LOG_CATALOGUE`](backseat_core::effects::LOG_CATALOGUE): a compass that lags, a DVL that
 //! is late or elsewhere, an antenna or a transducer that is elsewhere, a depth cell with a wrong scale, soft iron, the
-//! torque of the propeller, inputs that are late; current, compass and buoyancy that change under way. Late readings need
-//! what the vehicle did before: [`Lateness`] follows its motion as the model moves it, so that no innovation is counted
-//! twice.
+//! torque of the propeller, inputs that are late; changes of the board's entries under way. Late readings need what the
+//! vehicle did before: [`Lateness`] follows its motion as the model moves it, so that no innovation is counted twice.
+
+mod corrected;
 
 pub use crate::acoustic_path::PathAt;
 
 use crate::acoustic_path::turned_about_down;
-use crate::lateness::{Delays, Lag, Lateness, swing};
+use crate::lateness::{Delays, Lateness, swing};
 use backseat_core::dynamics::Attitude;
-use backseat_core::effects::{EffectError, EffectSet, ParameterId, SensorChannel, is_on};
-use backseat_core::parameters::Installation;
+use backseat_core::effects::{EffectError, EffectSet, ParameterId, ParameterKind, SensorChannel, is_on};
 use backseat_core::state::{self, P, VehicleState};
-use backseat_estimation::inputs;
-use backseat_logs::log::{Column, Log};
 use nalgebra::Vector3;
-use std::borrow::Cow;
 
 /// Most numbers of one entry.
 const MOST: usize = 4;
 
 /// The entries, with the sensors that show each; those without a sensor move the vehicle itself.
-const ENTRIES: [(&str, &[SensorChannel]); 15] = [
+const ENTRIES: [(&str, &[SensorChannel]); 19] = [
     ("heading_lag", &[SensorChannel::Attitude]),
     ("soft_iron", &[SensorChannel::Attitude]),
     ("dvl_delay", &[SensorChannel::Dvl]),
@@ -40,6 +37,10 @@ const ENTRIES: [(&str, &[SensorChannel]); 15] = [
     ("current_change", &[]),
     ("buoyancy_change", &[]),
     ("thrust_change", &[]),
+    ("pitch_change", &[SensorChannel::Attitude]),
+    ("dvl_change", &[SensorChannel::Dvl]),
+    ("clock_change", &[SensorChannel::Range]),
+    ("fin_bias_change", &[]),
 ];
 const HEADING_LAG: usize = 0;
 const SOFT_IRON: usize = 1;
@@ -53,19 +54,25 @@ const INPUT_DELAY: usize = 8;
 const USBL_TURN: usize = 9;
 /// Number, north, east.
 const PLACE: usize = 10;
-/// Size, onset, end.
 const HEADING_CHANGE: usize = 11;
-/// A change of one of the board's entries: its sizes, then onset and end.
+const PITCH_CHANGE: usize = 15;
+const DVL_CHANGE: usize = 16;
+/// A change of the board's entries under way: its sizes, then onset and end.
 struct Change {
     /// Its place.
     entry: usize,
     /// Effect and parameter of the board that each size adds to.
     adds_to: &'static [(&'static str, &'static str)],
 }
-const CHANGES: [Change; 3] = [
+const CHANGES: [Change; 8] = [
+    Change { entry: HEADING_CHANGE, adds_to: &[("heading_bias", "const_rad")] },
     Change { entry: 12, adds_to: &[("water_current", "north_mps"), ("water_current", "east_mps")] },
-    Change { entry: 13, adds_to: &[("buoyancy_offset", "kg")] },
+    Change { entry: 13, adds_to: &[("buoyancy_offset", "kg"), ("pitch_trim", "rad")] },
     Change { entry: 14, adds_to: &[("thrust_loss", "k_n_s2_per_rad_m")] },
+    Change { entry: PITCH_CHANGE, adds_to: &[("pitch_sensor", "bias_rad")] },
+    Change { entry: DVL_CHANGE, adds_to: &[("dvl_scale", "ratio"), ("dvl_misalignment", "yaw_rad")] },
+    Change { entry: 17, adds_to: &[("clock_offset", "s")] },
+    Change { entry: 18, adds_to: &[("fin_bias", "fin"), ("fin_bias", "rad")] },
 ];
 
 /// Values of all effects; all zero is the declared model.
@@ -90,7 +97,8 @@ pub fn is_known(name: &str) -> bool {
 }
 
 /// Errors of readings that `[installation]` of a vehicle file has no place for.
-const OF_READINGS: [usize; 6] = [HEADING_LAG, SOFT_IRON, DEPTH_SCALE, USBL_TURN, PLACE, HEADING_CHANGE];
+const OF_READINGS: [usize; 8] =
+    [HEADING_LAG, SOFT_IRON, DEPTH_SCALE, USBL_TURN, PLACE, HEADING_CHANGE, PITCH_CHANGE, DVL_CHANGE];
 
 /// Whether it is an error of readings that `[installation]` of a vehicle file has no place for.
 #[must_use]
@@ -152,7 +160,9 @@ impl Effects {
             let (sizes, onset_s, end_s) = self.change(change);
             for ((effect, parameter), size) in change.adds_to.iter().zip(sizes) {
                 if let Some(id) = ParameterId::find(effect, parameter).filter(|_| is_on(t_s, onset_s, end_s)) {
-                    board.set(id, board.get(id) + size);
+                    // which fin it is does not add up
+                    let before = if id.info().kind == ParameterKind::Fin { 0.0 } else { board.get(id) };
+                    board.set(id, before + size);
                 }
             }
         }
@@ -170,10 +180,11 @@ impl Effects {
         times
     }
 
-    /// What the compass reads more at a time since the start of the log, s, because something came near it, rad.
-    fn heading_change_rad(&self, t_s: f64) -> f64 {
-        let [rad, onset_s, end_s, _] = self.log[HEADING_CHANGE];
-        if is_on(t_s, onset_s, end_s) { rad } else { 0.0 }
+    /// What is left of them for a log that is [`Self::corrected`].
+    #[must_use]
+    pub fn beyond_readings(mut self) -> Self {
+        OF_READINGS.iter().for_each(|entry| self.log[*entry] = [0.0; MOST]);
+        self
     }
 
     /// Which sensors are late.
@@ -201,10 +212,10 @@ impl Effects {
         self.log[INPUT_DELAY][0]
     }
 
-    /// What these entries make of a perfect reading at `t_s`, in place, of a vehicle at `x`; returns ∂(read)/∂(true).
+    /// What these entries make of a perfect reading, in place, of a vehicle at `x`, but for changes of the board's;
+    /// returns ∂(read)/∂(true).
     pub fn read(
         &self,
-        t_s: f64,
         late: &Lateness,
         sensor: SensorChannel,
         (x, path): (&VehicleState, PathAt),
@@ -219,7 +230,7 @@ impl Effects {
                     reading[2] += sin2 * sin + cos2 * cos;
                     slope[2][2] += 2.0 * (sin2 * cos - cos2 * sin);
                 }
-                reading[2] += self.heading_change_rad(t_s) - late.heading_rad;
+                reading[2] -= late.heading_rad;
             }
             SensorChannel::Dvl => {
                 let arm = swing(x.fixed_rows::<3>(P).into(), first_three(self.log[DVL_ARM]));
@@ -254,84 +265,6 @@ impl Effects {
         }
         slope
     }
-
-    /// What fixes and ranges by sound would be of an array that is not turned, and of transponders that are where they are
-    /// declared: the declared place is corrected.
-    fn correct_positioning(&self, log: &mut Log) {
-        let ([turn_rad, ..], [number, north_m, east_m, _]) = (self.log[USBL_TURN], self.log[PLACE]);
-        for row in &mut log.rows {
-            if let Some(usbl) = row.usbl().filter(|_| turn_rad != 0.0) {
-                let bearing_rad = usbl.bearing_rad - turn_rad;
-                row.set_all(Column::UsblRange, &[usbl.range_m, bearing_rad, usbl.elevation_rad]);
-            }
-            if row.station().is_some_and(|station| f64::from(station) == number) {
-                for (column, by_m) in [(Column::StationX, north_m), (Column::StationY, east_m)] {
-                    if let Some(declared) = row.get(column) {
-                        row.set(column, declared + by_m);
-                    }
-                }
-            }
-        }
-    }
-
-    /// The log as perfect sensors would have it: at its place, in time, without scale. Effects of the board's catalogue
-    /// and those of the motion change nothing here.
-    #[must_use]
-    pub fn corrected<'a>(&self, log: Cow<'a, Log>) -> Cow<'a, Log> {
-        let mut log = log;
-        let has = |entries: &[usize]| entries.iter().any(|entry| self.log[*entry] != [0.0; MOST]);
-        if has(&[HEADING_LAG, SOFT_IRON, DEPTH_SCALE, HEADING_CHANGE]) {
-            self.correct_readings(log.to_mut());
-        }
-        if has(&[USBL_TURN, PLACE]) {
-            self.correct_positioning(log.to_mut());
-        }
-        let [delay_s, ..] = self.log[DVL_DELAY];
-        let moved = Installation {
-            dvl_arm_m: first_three(self.log[DVL_ARM]),
-            dvl_delay_s: delay_s.max(0.0),
-            gnss_arm_m: first_three(self.log[GNSS_ARM]),
-            ..Installation::DEFAULT
-        };
-        if moved == Installation::DEFAULT {
-            return log;
-        }
-        // It was moved to the centre by what is declared; this is the rest.
-        let mut raw = log.into_owned();
-        raw.at_centre = false;
-        Cow::Owned(inputs::at_centre(&raw, &moved).into_owned())
-    }
-
-    fn correct_readings(&self, log: &mut Log) {
-        let ([lag_s, ..], [sin2, cos2, ..]) = (self.log[HEADING_LAG], self.log[SOFT_IRON]);
-        let start_us = log.rows.first().map_or(0, |row| row.time_us);
-        let scale = 1.0 + self.log[DEPTH_SCALE][0];
-        let mut euler = [0.0; 3];
-        let (mut behind, mut before_us) = (Lag::default(), None);
-        for row in &mut log.rows {
-            euler = row.attitude_rad().unwrap_or(euler);
-            if let Some([_, q, r]) = row.rates_radps() {
-                let dt_s = before_us.map_or(0.0, |us: u64| row.time_us.saturating_sub(us) as f64 * 1e-6);
-                before_us = Some(row.time_us);
-                let [roll, pitch, _] = euler;
-                behind.advance(lag_s, dt_s, (q * roll.sin() + r * roll.cos()) / pitch.cos());
-            }
-            if let Some(heading) = row.get(Column::Heading) {
-                let t_s = (row.time_us - start_us) as f64 * 1e-6;
-                let read = heading + behind.0 - self.heading_change_rad(t_s);
-                // The iron acts by the true heading: ψ = read - iron(ψ), whose terms shrink by twice the iron's size.
-                let mut heading = read;
-                for _ in 0..12 {
-                    let (sin, cos) = (2.0 * heading).sin_cos();
-                    heading = read - sin2 * sin - cos2 * cos;
-                }
-                row.set(Column::Heading, heading);
-            }
-            if let Some(depth_m) = row.get(Column::Depth) {
-                row.set(Column::Depth, depth_m / scale);
-            }
-        }
-    }
 }
 
 fn first_three([x, y, z, _]: [f64; MOST]) -> [f64; 3] {
@@ -342,7 +275,6 @@ fn first_three([x, y, z, _]: [f64; MOST]) -> [f64; 3] {
 mod tests {
     use super::*;
     use backseat_core::effects::{LOG_CATALOGUE, find_of_log};
-    use backseat_logs::log::LogRow;
 
     #[test]
     fn every_entry_is_one_of_the_catalogue_and_is_kept() {
@@ -364,11 +296,11 @@ mod tests {
         let effects = [
             ("water_current", &[0.1, 0.2][..]),
             ("current_change", &[0.05, -0.1, 100.0, 200.0]),
-            ("buoyancy_change", &[-0.3, 150.0, 0.0]),
+            ("buoyancy_change", &[-0.3, 0.1, 150.0, 0.0]),
             ("heading_change", &[0.08, 120.0, 180.0]),
         ];
         let effects = effects.iter().fold(Effects::default(), |all, (name, values)| all.with(name, values).unwrap());
-        assert_eq!(effects.change_times_s(), [100.0, 150.0, 200.0]);
+        assert_eq!(effects.change_times_s(), [100.0, 120.0, 150.0, 180.0, 200.0]);
         for (t_s, north_mps, kg, rad) in [
             (99.0, 0.1, 0.0, 0.0),
             (100.0, 0.15, 0.0, 0.0),
@@ -376,65 +308,14 @@ mod tests {
             (180.0, 0.15, -0.3, 0.0),
             (200.0, 0.1, -0.3, 0.0),
         ] {
-            let (board, mut reading) = (effects.board_at(t_s), [0.0; 3]);
-            let at = (&VehicleState::zeros(), PathAt::default());
-            effects.read(t_s, &Lateness::default(), SensorChannel::Attitude, at, &mut reading);
+            let board = effects.board_at(t_s);
             let value = |effect, parameter| board.get(ParameterId::find(effect, parameter).unwrap());
-            let now = [value("water_current", "north_mps"), value("buoyancy_offset", "kg"), reading[2]];
+            let now = [("water_current", "north_mps"), ("buoyancy_offset", "kg"), ("heading_bias", "const_rad")];
+            let now = now.map(|(effect, parameter)| value(effect, parameter));
             for (now, then) in now.iter().zip([north_mps, kg, rad]) {
                 assert!((now - then).abs() < 1e-12, "{t_s}: {now} {then}"); // rounding
             }
         }
         assert!(Effects::default().change_times_s().is_empty());
-    }
-
-    /// An array turned by 0.2 rad reads a vehicle to the north-east of it and below further to the right; the correction
-    /// gives it back, and both are one turn.
-    #[test]
-    fn val_a_turned_array_is_turned_back() {
-        let effects = Effects::default().with("usbl_turn", &[0.2]).unwrap();
-        let truth = Vector3::new(300.0, 200.0, 40.0);
-        let read = Vector3::new(
-            300.0 * 0.2_f64.cos() - 200.0 * 0.2_f64.sin(),
-            300.0 * 0.2_f64.sin() + 200.0 * 0.2_f64.cos(),
-            40.0,
-        );
-        let mut row = LogRow::new(0);
-        row.set_all(Column::UsblNorth, read.as_slice());
-        let mut log = Log::default();
-        log.rows.push(row);
-        let corrected = effects.corrected(Cow::Borrowed(&log)).rows[0].usbl().unwrap().vector_m();
-        assert!((Vector3::from(corrected) - truth).amax() < 1e-9, "{corrected:?}"); // rounding of 300 m
-        // in the triad of what was read
-        let along = read.normalize();
-        let axes = backseat_core::navigation::triad(&along);
-        let mut reading = axes.map(|axis| axis.dot(&truth));
-        let at = (&VehicleState::zeros(), PathAt { ned: along.into(), ..PathAt::default() });
-        effects.read(0.0, &Lateness::default(), SensorChannel::Usbl, at, &mut reading);
-        assert!((Vector3::from(reading) - Vector3::new(read.norm(), 0.0, 0.0)).amax() < 1e-9, "{reading:?}");
-    }
-
-    #[test]
-    fn val_a_log_is_corrected() {
-        let effects = [("heading_lag", &[2.0][..]), ("soft_iron", &[0.03, -0.02]), ("depth_scale", &[0.02])];
-        let effects = effects.iter().fold(Effects::default(), |all, (name, values)| all.with(name, values).unwrap());
-        let mut log = Log::default();
-        let mut lagged = 0.0;
-        for k in 0..400_u64 {
-            let t_s = 0.05 * k as f64;
-            // ψ = 0.1 t behind a lag of two seconds, on iron.
-            let psi = 0.1 * t_s;
-            lagged = if k == 0 { 0.0 } else { psi - 0.2 * (1.0 - (-t_s / 2.0).exp()) };
-            let iron = 0.03 * (2.0 * psi).sin() - 0.02 * (2.0 * psi).cos();
-            let mut row = LogRow::new(k * 50_000);
-            row.set_all(Column::Roll, &[0.0, 0.0, lagged + iron]).set_all(Column::P, &[0.0, 0.0, 0.1]);
-            log.rows.push(row.set(Column::Depth, 10.2).clone());
-        }
-        let last = log.rows.len() - 1;
-        assert!((lagged - 1.995).abs() > 0.1, "the lag shows");
-        let corrected = effects.corrected(Cow::Borrowed(&log));
-        assert!((corrected.rows[last].get(Column::Heading).unwrap() - 1.995).abs() < 1e-12);
-        assert!((corrected.rows[last].get(Column::Depth).unwrap() - 10.0).abs() < 1e-12);
-        assert!(matches!(Effects::default().corrected(Cow::Borrowed(&log)), Cow::Borrowed(_)));
     }
 }
