@@ -2,12 +2,13 @@
 
 use crate::alternatives::{self, Alternative};
 use crate::borne_out::gain_per_block;
-use crate::candidates::{Candidate, Instance, others, set_of};
-use crate::coloured_noise::{self, Noise, SENSORS};
+use crate::candidates::{Candidate, Instance, others};
+use crate::coloured_noise;
 use crate::event_times::{self, Intervals};
 pub use crate::found::{FoundEffect, ParameterEstimate};
 use crate::full_log::FullLog;
 use crate::judged;
+use crate::lasting_noise;
 use crate::log_effects::Effects;
 use crate::prepared_log::{DataPart, JointFit, PreparedLog};
 use crate::proposal::{self, ProposedTerm};
@@ -20,7 +21,7 @@ use crate::statistics::MOST_COLOURED;
 use crate::structure::{self, Structure};
 use crate::timing;
 use crate::verdict::{self, Conditions, LEAST_WHITENESS_P, Verdict};
-use crate::whitener::{Pass, Residual};
+use crate::whitener::Pass;
 use backseat_core::effects::ParameterKind;
 use backseat_logs::stats::{Z_95, chi_square_tail};
 use rayon::prelude::*;
@@ -121,27 +122,14 @@ fn select(
         log.log_data.event_times_s = spans.flat_map(|span| [Some(span.onset_s), span.end_s]).flatten().collect();
         // Noise that lasts is a hump in the spectrum of innovations, as waves are: waves are what stands beside it, and are
         // then kept out of it.
-        let is_swell = has_waves(&log.noise_effects);
-        let declared = (log.log_data.own_scale, log.log_data.setup.colours.clone());
+        let is_swell = lasting_noise::has_waves(&log.noise_effects);
         for is_swell_kept in [false, true] {
             progress("noise that lasts");
-            let log_data = &mut *log.log_data;
-            (log_data.own_scale, log_data.setup.colours) = declared.clone();
-            let noise = lasting_noise(log_data, &selected.accepted, is_swell_kept)?;
-            if noise.is_empty() {
+            if !lasting_noise::take(log.log_data, &selected.accepted, is_swell_kept)? {
                 break;
             }
-            log_data.setup.scale = log_data.own_scale;
-            noise.iter().for_each(|noise| noise.apply(&mut log_data.setup));
-            log_data.own_scale = log_data.setup.scale;
-            // Against noise as it is the timing of the inputs shows better. A lag takes up half a sample of it.
-            let is_late = selected.accepted.iter().any(|instance| instance.candidate.is_lag());
-            if is_late || !log_data.retime(&selected.accepted)? {
-                log_data.declared = log_data.pass(&log_data.scope.declared, &[])?;
-            }
-            log_data.event_times_s.extend(jumps(&log_data.declared));
             selected = log.select(progress)?;
-            if !is_swell || !has_waves(&log.noise_effects) {
+            if !is_swell || !lasting_noise::has_waves(&log.noise_effects) {
                 break;
             }
         }
@@ -150,57 +138,17 @@ fn select(
     Some((selected, log.noise_effects))
 }
 
-/// The noise that lasts, beside what was found and terms in no catalogue, so that it does not take up what is none; that of
-/// ranges and fixes beside that of the vehicle's own sensors.
-fn lasting_noise(log_data: &PreparedLog, beside: &[Instance], is_swell: bool) -> Option<Vec<Noise>> {
-    let kept: &[ResidualChannel] = if is_swell { &MOVED_BY_WAVES } else { &[] };
-    let left = structure::find(log_data, beside, is_swell)?;
-    let mut found: Vec<Noise> = Vec::new();
-    for sensors in &SENSORS {
-        let mut first = log_data.first(sensors.longest_s)?;
-        first.setup.proposed = left.hints.iter().map(|hint| (hint.generic, hint.value)).collect();
-        found.iter().for_each(|noise| noise.apply(&mut first.setup));
-        found.extend(coloured_noise::estimate(&first, &set_of(&first.scope.declared, beside), sensors, kept));
-    }
-    Some(found)
-}
-
-/// Times at which a sensor that may slip reads what no motion and no noise makes, s: a step that is a second late misses a
-/// jump of a good compass altogether.
-fn jumps(pass: &Pass) -> Vec<f64> {
-    const SIGMAS: f64 = 5.0;
-    const MOST: usize = 2;
-    const APART_S: f64 = 5.0;
-    let of = |channel: &ResidualChannel| {
-        let all = pass.residuals.iter().filter(|r| r.channel == *channel && r.normalised().abs() > SIGMAS);
-        let mut largest: Vec<&Residual> = all.collect();
-        largest.sort_by(|a, b| b.normalised().abs().total_cmp(&a.normalised().abs()));
-        let mut times: Vec<f64> = Vec::new();
-        for residual in largest {
-            if times.len() < MOST && times.iter().all(|t_s| (t_s - residual.t_s).abs() > APART_S) {
-                times.push(residual.t_s);
-            }
-        }
-        times
-    };
-    SLIPPING.iter().flat_map(of).collect()
-}
-
-/// Channels of sensors that may slip in their mount.
-const SLIPPING: [ResidualChannel; 4] =
-    [ResidualChannel::Heading, ResidualChannel::Pitch, ResidualChannel::DvlU, ResidualChannel::DvlV];
-
-fn has_waves(noise_effects: &[FoundEffect]) -> bool {
-    noise_effects.iter().any(|found| found.instance.candidate.effect == "waves")
-}
-
-/// Channels that swing in waves.
-const MOVED_BY_WAVES: [ResidualChannel; 4] =
-    [ResidualChannel::DvlU, ResidualChannel::DvlV, ResidualChannel::DvlW, ResidualChannel::Depth];
-
 /// Once, and again where the inputs act at other times than was taken.
 fn timed(log_data: &mut PreparedLog, mut progress: impl FnMut(&str)) -> Option<Diagnosis> {
     let (mut diagnosis, mut accepted) = once(log_data, &mut progress)?;
+    // Beside an effect that is not named after all, the noise is not what it is.
+    let is_named = |effect: &&str| accepted.iter().any(|instance| instance.candidate.effect == *effect);
+    if diagnosis.conditions.is_coloured && !log_data.noise_beside.iter().all(is_named) {
+        progress("noise that lasts");
+        if lasting_noise::take(log_data, &accepted, lasting_noise::has_waves(&diagnosis.effects))? {
+            (diagnosis, accepted) = once(log_data, &mut progress)?;
+        }
+    }
     if retimed(log_data, &accepted)? {
         (diagnosis, accepted) = once(log_data, &mut progress)?;
         if log_data.retime_beside_lag(&accepted)? {
@@ -242,7 +190,7 @@ fn once(log_data: &mut PreparedLog, mut progress: impl FnMut(&str)) -> Option<(D
         unfounded.push(refusal.note);
     };
     progress("structure");
-    let swell = has_waves(&noise_effects);
+    let swell = lasting_noise::has_waves(&noise_effects);
     let against_declared = || if accepted.is_empty() { None } else { structure::find(log_data, &[], swell) };
     let ((left, against_declared), found) = rayon::join(
         || rayon::join(|| structure::find(log_data, &accepted, swell), against_declared),

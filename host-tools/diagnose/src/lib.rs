@@ -43,6 +43,7 @@ pub mod floor;
 pub mod found;
 pub mod full_log;
 pub mod judged;
+mod lasting_noise;
 pub mod lateness;
 pub mod linear;
 pub mod log_effects;

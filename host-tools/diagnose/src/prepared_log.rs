@@ -36,6 +36,10 @@ pub struct PreparedLog {
     pub declared: Pass,
     /// What each block is used for.
     pub split: Split,
+    /// Scale of each channel's noise before noise that lasts was looked for.
+    pub declared_scale: [f64; ResidualChannel::COUNT],
+    /// Effects beside which noise that lasts was estimated last.
+    pub noise_beside: Vec<&'static str>,
     /// Whether noise that lasts was looked for.
     pub is_noise_estimated: bool,
     /// Onsets and ends found under the declared noise, s: of a quieter sensor the search from coarse times misses a jump.
@@ -122,6 +126,8 @@ impl PreparedLog {
             scope,
             declared,
             split,
+            declared_scale: own_scale,
+            noise_beside: Vec::new(),
             is_noise_estimated: false,
             event_times_s: Vec::new(),
             timed_beside: Vec::new(),
@@ -139,6 +145,7 @@ impl PreparedLog {
             split: self.split.clone(),
             timed_beside: self.timed_beside.clone(),
             event_times_s: self.event_times_s.clone(),
+            noise_beside: self.noise_beside.clone(),
             samples,
             declared,
             scope: self.scope.clone(),
