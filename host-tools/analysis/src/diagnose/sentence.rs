@@ -259,10 +259,14 @@ pub fn next(result: &DiagnosisResult<'_>, files: &Files<'_>) -> (String, String)
             let why = "what the numbers of this log look like: a wrong unit or sign is no entry of the catalogue";
             (format!("backseat info {log}{read}"), why.to_owned())
         }
-        (Some(file), _) if is_navigable => (
-            format!("backseat navigate {log}{read} --vehicle {}{judge}", backseat_report::word(file)),
-            "the track with the vehicle as it was found".to_owned(),
-        ),
+        (Some(file), _) if is_navigable => {
+            let terms =
+                files.terms.map_or_else(String::new, |file| format!(" --terms {}", backseat_report::word(file)));
+            (
+                format!("backseat navigate {log}{read} --vehicle {}{terms}{judge}", backseat_report::word(file)),
+                "the track with the vehicle as it was found".to_owned(),
+            )
+        }
         (Some(file), _) => (
             format!("backseat vehicle check {}", backseat_report::word(file)),
             "the vehicle file with what was found in it".to_owned(),
