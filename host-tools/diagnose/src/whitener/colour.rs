@@ -5,7 +5,7 @@
 //! n ← a n, c_j ← a_j Φ c_j, V_ij ← a_i a_j V_ij + σ_j² (1 − a_j²) δ_ij, where a_j = exp(−h/τ_j).
 
 use super::matrix::{self, Square};
-use super::{LANES, Lanes};
+use super::{LANES, Lanes, NONE};
 use crate::samples::{LogEvent, Reading, ResidualChannel, Samples};
 use std::collections::BTreeSet;
 
@@ -50,7 +50,7 @@ impl ColourStates {
                 colours.push(*colour);
             }
         }
-        let none = vec![[0.0; LANES]; colours.len().div_ceil(LANES)];
+        let none = vec![NONE; colours.len().div_ceil(LANES)];
         let kept = (f64::NAN, none.clone());
         let mut states = Self { colours, places, kept, with_scalar: none, ..Self::default() };
         states.forget();
@@ -61,10 +61,10 @@ impl ColourStates {
     pub(super) fn forget(&mut self) {
         let (count, groups) = (self.count(), self.groups());
         self.value = vec![0.0; count];
-        self.cross = vec![[[0.0; LANES]; 12]; groups];
-        self.own = vec![[0.0; LANES]; count * groups];
+        self.cross = vec![[NONE; 12]; groups];
+        self.own = vec![NONE; count * groups];
         for (j, colour) in self.colours.iter().enumerate() {
-            self.own[j * groups + j / LANES][j % LANES] = colour.sigma * colour.sigma;
+            *matrix::at_mut(&mut self.own[j * groups + j / LANES], j % LANES) = colour.sigma * colour.sigma;
         }
     }
 
@@ -87,9 +87,9 @@ impl ColourStates {
         self.of(of).map(|j| self.value[j]).sum()
     }
 
-    /// What each state kept in the last step.
-    pub(super) fn kept(&self) -> &[f64] {
-        self.kept.1.as_flattened()
+    /// What a state kept in the last step.
+    pub(super) fn kept(&self, j: usize) -> f64 {
+        matrix::at(&self.kept.1[j / LANES], j % LANES)
     }
 
     /// Time update over `h_s` with Φ = I + d.
@@ -98,26 +98,21 @@ impl ColourStates {
         if self.kept.0 != h_s {
             self.kept.0 = h_s;
             for (j, colour) in self.colours.iter().enumerate() {
-                self.kept.1[j / LANES][j % LANES] = (-h_s / colour.tau_s).exp();
+                *matrix::at_mut(&mut self.kept.1[j / LANES], j % LANES) = (-h_s / colour.tau_s).exp();
             }
         }
         for (cross, kept) in self.cross.iter_mut().zip(&self.kept.1) {
-            let moved = matrix::times(d, cross);
-            matrix::add(cross, &moved);
+            matrix::add_product(d, cross);
             for line in cross {
-                for j in 0..LANES {
-                    line[j] *= kept[j];
-                }
+                matrix::multiply(line, kept);
             }
         }
         for (i, colour) in self.colours.iter().enumerate() {
-            let a = self.kept.1[i / LANES][i % LANES];
+            let a = matrix::at(&self.kept.1[i / LANES], i % LANES);
             for (line, kept) in self.own[i * groups..][..groups].iter_mut().zip(&self.kept.1) {
-                for j in 0..LANES {
-                    line[j] *= a * kept[j];
-                }
+                matrix::multiply(line, &kept.map(|four| four * a));
             }
-            self.own[i * groups + i / LANES][i % LANES] += colour.sigma.powi(2) * (1.0 - a * a);
+            *matrix::at_mut(&mut self.own[i * groups + i / LANES], i % LANES) += colour.sigma.powi(2) * (1.0 - a * a);
             self.value[i] *= a;
         }
     }
@@ -134,42 +129,35 @@ impl ColourStates {
         let groups = self.groups();
         let mut with_scalar = std::mem::take(&mut self.with_scalar);
         for (group, (sum, cross)) in with_scalar.iter_mut().zip(&self.cross).enumerate() {
-            *sum = [0.0; LANES];
+            *sum = NONE;
             for (factor, line) in h.iter().zip(cross).filter(|(factor, _)| **factor != 0.0) {
-                for j in 0..LANES {
-                    sum[j] += factor * line[j];
-                }
+                matrix::add_times(sum, *factor, line);
             }
             for own in self.of(of) {
-                let line = &self.own[own * groups + group];
-                for j in 0..LANES {
-                    sum[j] += load * line[j];
-                }
+                matrix::add_times(sum, load, &self.own[own * groups + group]);
             }
         }
         let mut together = 0.0;
         for j in self.of(of) {
-            together += with_scalar[j / LANES][j % LANES];
+            together += matrix::at(&with_scalar[j / LANES], j % LANES);
             for (ph, line) in ph.iter_mut().zip(&self.cross[j / LANES]) {
-                *ph += load * line[j % LANES];
+                *ph += load * matrix::at(line, j % LANES);
             }
         }
         self.with_scalar = with_scalar;
         together
     }
 
-    /// What `correlate` took down.
-    pub(super) fn with_scalar(&self) -> &[f64] {
-        self.with_scalar.as_flattened()
+    /// Covariance of a state with the scalar that `correlate` was given.
+    pub(super) fn with_scalar(&self, j: usize) -> f64 {
+        matrix::at(&self.with_scalar[j / LANES], j % LANES)
     }
 
     /// ∂(reading)/∂θ through the noise states, of whose derivatives these are the lines.
     pub(super) fn slope(&self, of: (ResidualChannel, Option<u32>), lines: &[Lanes]) -> Lanes {
-        let mut sum = [0.0; LANES];
+        let mut sum = NONE;
         for line in self.of(of).map(|colour| &lines[colour]) {
-            for j in 0..LANES {
-                sum[j] += line[j];
-            }
+            matrix::add_times(&mut sum, 1.0, line);
         }
         sum
     }
@@ -180,17 +168,13 @@ impl ColourStates {
         for (cross, pn) in self.cross.iter_mut().zip(&self.with_scalar) {
             let gain = pn.map(|pn| pn / variance);
             for (line, ph) in cross.iter_mut().zip(ph) {
-                for j in 0..LANES {
-                    line[j] -= gain[j] * ph;
-                }
+                matrix::add_times(line, -ph, &gain);
             }
         }
         for i in 0..self.count() {
-            let gain = self.with_scalar[i / LANES][i % LANES] / variance;
+            let gain = matrix::at(&self.with_scalar[i / LANES], i % LANES) / variance;
             for (line, pn) in self.own[i * groups..][..groups].iter_mut().zip(&self.with_scalar) {
-                for j in 0..LANES {
-                    line[j] -= gain * pn[j];
-                }
+                matrix::add_times(line, -gain, pn);
             }
             self.value[i] += gain * innovation;
         }

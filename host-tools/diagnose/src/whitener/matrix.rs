@@ -1,59 +1,90 @@
-//! The few products of 12 by 12 matrices that a step needs. Nothing depends on the position, so that the first three
-//! columns of the model's Jacobian, and of its powers, are zero and left out.
+//! The few products of 12 by 12 matrices that a step needs, four numbers at a time. Nothing depends on the position, so that
+//! the first three columns of the model's Jacobian, and of its powers, are zero and left out.
 
 use backseat_core::state::PHI;
+use wide::f64x4;
+
+/// A row of four times `W` numbers.
+pub(crate) type Row<const W: usize> = [f64x4; W];
 
 /// A square matrix, row by row.
-pub(crate) type Square = [[f64; 12]; 12];
+pub(crate) type Square = [Row<3>; 12];
 
-pub(crate) const ZERO: Square = [[0.0; 12]; 12];
+pub(crate) const ZERO: Square = [[f64x4::ZERO; 3]; 12];
 
-/// a b, where a has no columns of the position, or b no rows of it; b may be wider or narrower than 12.
-#[inline]
-pub(crate) fn times<const WIDTH: usize>(a: &Square, b: &[[f64; WIDTH]; 12]) -> [[f64; WIDTH]; 12] {
-    let mut product = [[0.0; WIDTH]; 12];
-    for i in 0..12 {
-        for k in PHI..12 {
-            for j in 0..WIDTH {
-                product[i][j] += a[i][k] * b[k][j];
-            }
-        }
-    }
-    product
+/// The matrix of these elements.
+pub(crate) fn square(element: impl Fn(usize, usize) -> f64) -> Square {
+    std::array::from_fn(|i| row(&std::array::from_fn(|j| element(i, j))))
 }
 
-/// Adds to `to`.
 #[inline]
-pub(crate) fn add<const WIDTH: usize>(to: &mut [[f64; WIDTH]; 12], addend: &[[f64; WIDTH]; 12]) {
-    for i in 0..12 {
-        for j in 0..WIDTH {
-            to[i][j] += addend[i][j];
+pub(crate) fn row(elements: &[f64; 12]) -> Row<3> {
+    std::array::from_fn(|four| f64x4::new(std::array::from_fn(|j| elements[4 * four + j])))
+}
+
+/// One number of a row.
+#[inline]
+pub(crate) fn at<const W: usize>(row: &Row<W>, j: usize) -> f64 {
+    row[j / 4].as_array()[j % 4]
+}
+
+/// See [`at`].
+#[inline]
+pub(crate) fn at_mut<const W: usize>(row: &mut Row<W>, j: usize) -> &mut f64 {
+    &mut row[j / 4].as_mut_array()[j % 4]
+}
+
+/// to += factor row.
+#[inline]
+pub(crate) fn add_times<const W: usize>(to: &mut Row<W>, factor: f64, row: &Row<W>) {
+    for (to, four) in to.iter_mut().zip(row) {
+        *to += *four * factor;
+    }
+}
+
+/// Number by number.
+#[inline]
+pub(crate) fn multiply<const W: usize>(to: &mut Row<W>, by: &Row<W>) {
+    for (to, four) in to.iter_mut().zip(by) {
+        *to *= *four;
+    }
+}
+
+/// a b, where a has no columns of the position, or b no rows of it.
+#[inline]
+pub(crate) fn times<const W: usize>(a: &Square, b: &[Row<W>; 12]) -> [Row<W>; 12] {
+    std::array::from_fn(|i| {
+        let mut product = [f64x4::ZERO; W];
+        for k in PHI..12 {
+            add_times(&mut product, at(&a[i], k), &b[k]);
         }
+        product
+    })
+}
+
+/// to ← (I + d) to, where d has no columns of the position.
+#[inline]
+pub(crate) fn add_product<const W: usize>(d: &Square, to: &mut [Row<W>; 12]) {
+    let product = times(d, to);
+    for (to, addend) in to.iter_mut().zip(&product) {
+        add_times(to, 1.0, addend);
     }
 }
 
 /// a x by aᵀ, row by row, without those that x does not need.
 #[inline]
 pub(crate) fn apply_turned(turned: &Square, x: &[f64; 12]) -> [f64; 12] {
-    let mut product = [0.0; 12];
+    let mut product = [f64x4::ZERO; 3];
     for (row, factor) in turned.iter().zip(x) {
         if *factor != 0.0 {
-            for i in 0..12 {
-                product[i] += row[i] * factor;
-            }
+            add_times(&mut product, *factor, row);
         }
     }
-    product
+    std::array::from_fn(|i| at(&product, i))
 }
 
 /// aᵀ.
 #[inline]
 pub(crate) fn transpose(a: &Square) -> Square {
-    let mut turned = ZERO;
-    for i in 0..12 {
-        for j in 0..12 {
-            turned[j][i] = a[i][j];
-        }
-    }
-    turned
+    square(|i, j| at(&a[j], i))
 }

@@ -1,6 +1,6 @@
 //! Measurement update, scalar by scalar, with the derivatives.
 
-use super::{Filter, Kind, LANES, Residual, matrix};
+use super::{Filter, Kind, LANES, NONE, Residual, matrix};
 use crate::log_effects::PathAt;
 use crate::normal_equations::BlockEquationsBuilder;
 use crate::regressors::{self, Snapshot, Target};
@@ -299,28 +299,24 @@ impl Filter<'_> {
             let gain = ph.map(|value| value / variance);
             self.slopes_of(prediction, axis, &h);
             for (value, place) in self.ordered.iter_mut().zip(&self.place) {
-                *value = self.row[place / LANES][place % LANES];
+                *value = matrix::at(&self.row[place / LANES], place % LANES);
             }
             rows.row(t_s, innovation / sigma, &self.ordered, -1.0 / sigma);
             if self.columns > 0 {
-                let noise_gain = self.colours.with_scalar().iter().map(|value| value / variance);
+                let noise_gain = (0..self.colours.count()).map(|j| self.colours.with_scalar(j) / variance);
                 self.gains.clear();
                 self.gains.extend(gain.iter().copied().chain(noise_gain));
                 let (lines, groups) = (self.lines(), self.live_groups());
                 for (group, by) in self.slopes.chunks_exact_mut(lines).zip(&self.row).take(groups) {
                     for (line, k) in group.iter_mut().zip(&self.gains) {
-                        for j in 0..LANES {
-                            line[j] -= k * by[j];
-                        }
+                        matrix::add_times(line, -k, by);
                     }
                 }
             }
             self.colours.update(&ph, variance, innovation);
+            let by = matrix::row(&ph);
             for (i, k) in gain.iter().enumerate() {
-                let row = &mut self.p[i];
-                for j in 0..12 {
-                    row[j] -= k * ph[j];
-                }
+                matrix::add_times(&mut self.p[i], -k, &by);
                 self.x[i] += k * innovation;
             }
             self.x[PSI] = wrap_angle(self.x[PSI]);
@@ -380,16 +376,12 @@ impl Filter<'_> {
         let channel = ResidualChannel::ALL[prediction.first as usize + axis];
         let (lines, groups) = (self.lines(), self.live_groups());
         for (group, row) in self.slopes.chunks_exact(lines).zip(&mut self.row).take(groups) {
-            let mut sum = [0.0; LANES];
+            let mut sum = NONE;
             for (factor, line) in h.iter().zip(group).filter(|(factor, _)| **factor != 0.0) {
-                for j in 0..LANES {
-                    sum[j] += factor * line[j];
-                }
+                matrix::add_times(&mut sum, *factor, line);
             }
             let by_noise = self.colours.slope((channel, prediction.path.station), &group[12..]);
-            for j in 0..LANES {
-                sum[j] += prediction.lasting[axis] * by_noise[j];
-            }
+            matrix::add_times(&mut sum, prediction.lasting[axis], &by_noise);
             *row = sum;
         }
         let t_s = self.t_s;
@@ -414,7 +406,7 @@ impl Filter<'_> {
             if direct != 0.0 {
                 let active = term.onsets_s.iter().filter(|onset| **onset <= t_s).count();
                 for place in &self.place[term.first..][..active] {
-                    self.row[place / LANES][place % LANES] += direct;
+                    *matrix::at_mut(&mut self.row[place / LANES], place % LANES) += direct;
                 }
             }
         }

@@ -28,13 +28,15 @@ use backseat_core::state::{PSI, VehicleState};
 use backseat_estimation::commands::InputLine;
 use backseat_logs::interrupt;
 use colour::ColourStates;
+use wide::f64x4;
 
 /// Longest step of the filter, s.
 pub const STEP_S: f64 = 0.1;
 
 /// Columns that move together: their derivatives lie in the cache meanwhile.
 const LANES: usize = 8;
-type Lanes = [f64; LANES];
+type Lanes = matrix::Row<2>;
+const NONE: Lanes = [f64x4::ZERO; 2];
 
 /// What every pass over one log has in common.
 #[derive(Clone, Debug)]
@@ -280,8 +282,8 @@ impl<'a> Filter<'a> {
             p: matrix::ZERO,
             input: InputLine::default(),
             colours,
-            slopes: vec![[0.0; LANES]; groups * lines],
-            row: vec![[0.0; LANES]; groups],
+            slopes: vec![NONE; groups * lines],
+            row: vec![NONE; groups],
             gains: Vec::with_capacity(lines),
             ordered: vec![0.0; columns],
             direct: Vec::with_capacity(terms.len()),
@@ -326,7 +328,7 @@ impl<'a> Filter<'a> {
         if self.is_started() && t_s - self.t_s > LONGEST_HOLD_S {
             self.start = Some(Start::default());
             self.p = matrix::ZERO;
-            self.slopes.fill([0.0; LANES]);
+            self.slopes.fill(NONE);
             self.colours.forget();
         }
     }
@@ -360,7 +362,7 @@ impl<'a> Filter<'a> {
             for axis in 0..3 {
                 let i = 3 * block + axis;
                 self.x[i] = values[block][axis];
-                self.p[i][i] = sigmas[block][axis] * sigmas[block][axis];
+                *matrix::at_mut(&mut self.p[i], i) = sigmas[block][axis] * sigmas[block][axis];
             }
         }
         self.t_s = t_s;

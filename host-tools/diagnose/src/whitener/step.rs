@@ -36,19 +36,14 @@ impl Filter<'_> {
         };
         let f: [f64; 12] = (linearisation.f + regressors::motion(&self.setup.proposed, &snapshot)).into();
         let dense = linearisation.F();
-        let mut ah = matrix::ZERO;
-        for i in 0..12 {
-            for j in 0..12 {
-                ah[i][j] = dense[(i, j)] * h;
-            }
-        }
+        let ah = matrix::square(|i, j| dense[(i, j)] * h);
         // e^{Ah} − I to third order: at 0.1 s and a roll stiffness of 4/s the next term is 1e-3 of the step.
         let ah2 = matrix::times(&ah, &ah);
         let ah3 = matrix::times(&ah2, &ah);
         let mut d = ah;
-        for i in 0..12 {
-            for j in 0..12 {
-                d[i][j] += 0.5 * ah2[i][j] + ah3[i][j] / 6.0;
+        for (d, (second, third)) in d.iter_mut().zip(ah2.iter().zip(&ah3)) {
+            for (d, (second, third)) in d.iter_mut().zip(second.iter().zip(third)) {
+                *d += *second * 0.5 + *third / 6.0;
             }
         }
         let turned = matrix::transpose(&ah);
@@ -72,20 +67,20 @@ impl Filter<'_> {
             }
         }
         // (I + D) P (I + D)ᵀ
-        let moved = matrix::times(&d, &self.p);
-        matrix::add(&mut self.p, &moved);
+        matrix::add_product(&d, &mut self.p);
         let moved = matrix::times(&self.p, &matrix::transpose(&d));
-        matrix::add(&mut self.p, &moved);
+        for (row, addend) in self.p.iter_mut().zip(&moved) {
+            matrix::add_times(row, 1.0, addend);
+        }
         // Trapezoid of ∫ Φ Q Φᵀ: good to the square of the step over the time constants.
         for (i, q) in psd(self.noise()).into_iter().enumerate() {
-            let mut column: [f64; 12] = std::array::from_fn(|row| d[row][U + i]);
+            let mut column: [f64; 12] = std::array::from_fn(|row| matrix::at(&d[row], U + i));
             column[U + i] += 1.0;
-            for (row, left) in column.iter().enumerate().filter(|(_, left)| **left != 0.0) {
-                for (value, right) in self.p[row].iter_mut().zip(&column) {
-                    *value += 0.5 * h * q * left * right;
-                }
+            let right = matrix::row(&column);
+            for (row, left) in self.p.iter_mut().zip(&column).filter(|(_, left)| **left != 0.0) {
+                matrix::add_times(row, 0.5 * h * q * left, &right);
             }
-            self.p[U + i][U + i] += 0.5 * h * q;
+            *matrix::at_mut(&mut self.p[U + i], U + i) += 0.5 * h * q;
         }
         self.t_s += h;
     }
@@ -110,10 +105,10 @@ impl Filter<'_> {
         let (lines, groups) = (self.lines(), self.live_groups());
         for group in self.slopes.chunks_exact_mut(lines).take(groups) {
             if let Some((states, colours)) = group.split_first_chunk_mut() {
-                let moved = matrix::times(d, states);
-                matrix::add(states, &moved);
-                for (line, kept) in colours.iter_mut().zip(self.colours.kept()) {
-                    *line = line.map(|slope| kept * slope);
+                matrix::add_product(d, states);
+                for (colour, line) in colours.iter_mut().enumerate() {
+                    let kept = self.colours.kept(colour);
+                    *line = line.map(|four| four * kept);
                 }
             }
         }
@@ -129,7 +124,9 @@ impl Filter<'_> {
             }
             // (I h + A h²/2) ∂f/∂θ, of a monomial a column of it.
             let by_one = |place: usize, df: f64| -> [f64; 12] {
-                std::array::from_fn(|i| (if i == place { df } else { 0.0 } + 0.5 * (turned[place][i] * df)) * h)
+                std::array::from_fn(|i| {
+                    (if i == place { df } else { 0.0 } + 0.5 * (matrix::at(&turned[place], i) * df)) * h
+                })
             };
             let moved: [f64; 12] = match &mut term.kind {
                 Kind::GenericTerm { target: Target::Acceleration(dof), factor } => {
@@ -157,7 +154,7 @@ impl Filter<'_> {
             for place in &self.place[term.first..][..active] {
                 let group = &mut self.slopes[place / LANES * lines..][..12];
                 for (line, value) in group.iter_mut().zip(&moved) {
-                    line[place % LANES] += value;
+                    *matrix::at_mut(line, place % LANES) += value;
                 }
             }
         }
