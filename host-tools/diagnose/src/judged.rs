@@ -5,13 +5,14 @@ use crate::candidates::{Instance, others};
 use crate::prepared_log::{DataPart, JointFit, PreparedLog};
 use crate::selection::{Evidence, Refusal, Round};
 use crate::whitener::Pass;
+use backseat_core::effects::ParameterKind;
 use backseat_logs::stats::Z_95;
 use rayon::prelude::*;
 
 /// Entries that say where a sensor sits.
 const ARMS: [&str; 3] = ["gnss_lever_arm", "dvl_lever_arm", "transducer_lever_arm"];
 /// Entries that say how late a sensor is.
-const DELAYS: [&str; 2] = ["heading_lag", "dvl_delay"];
+const DELAYS: [&str; 3] = ["heading_lag", "dvl_delay", "gnss_delay"];
 /// Whether a vehicle of this length can have it, of sizes known to these sigmas: no arm is longer than the hull, and no
 /// sensor reads what has not happened yet.
 #[must_use]
@@ -22,6 +23,21 @@ pub fn is_possible(instance: &Instance, sigmas: &[f64], length_m: f64) -> bool {
     };
     (!ARMS.contains(&effect) || all(&|arm_m, half| arm_m.abs() - half <= length_m))
         && (!DELAYS.contains(&effect) || all(&|delay_s, half| delay_s + half >= 0.0))
+}
+
+/// What a sea, a hull and a mounting are not steady to: smaller sizes are not named, however sure a long log is of them.
+const STEADY: [(&str, f64); 3] = [("m/s", 0.01), ("kg", 0.02), ("rad", 0.002)];
+
+/// Whether all sizes of an effect are too small to be named, those of one unit taken together.
+fn is_negligible(instance: &Instance) -> bool {
+    let sizes = || {
+        let of_entry = instance.candidate.info().parameters.iter().filter(|p| p.kind == ParameterKind::Size);
+        of_entry.zip(&instance.sizes)
+    };
+    sizes().all(|(parameter, _)| {
+        let square: f64 = sizes().filter(|(other, _)| other.unit == parameter.unit).map(|(_, size)| size * size).sum();
+        STEADY.iter().any(|(unit, least)| *unit == parameter.unit && square < least * least)
+    })
 }
 
 /// Why not.
@@ -82,6 +98,11 @@ pub fn unfounded(log_data: &PreparedLog, joint: &JointFit) -> Option<Refusal> {
             !instance.candidate.is_stuck() && sizes.iter().zip(sigmas).all(|(size, sigma)| size.abs() < Z_95 * sigma);
         if !is_possible(instance, sigmas, log_data.setup.parameters.length_m) {
             return refusal(place, format!("{name} is not named: {IMPOSSIBLE}"), true);
+        }
+        if !instance.candidate.is_stuck() && is_negligible(instance) {
+            let sizes: Vec<String> = sizes.iter().map(|size| format!("{size:.1e}")).collect();
+            let note = format!("{name} is not named: of {} it is too small to matter", sizes.join(", "));
+            return refusal(place, note, false);
         }
         if holds_zero {
             return refusal(place, format!("{name} is not named: the interval of its size holds zero"), false);
@@ -161,6 +182,15 @@ mod tests {
 
     fn instance(effect: &'static str, sizes: &[f64]) -> Instance {
         Instance { candidate: Candidate { effect, member: None, span: None }, sizes: sizes.to_vec() }
+    }
+
+    #[test]
+    fn what_no_sea_and_no_hull_is_steady_to_is_not_named() {
+        let of = |effect, sizes: &[f64]| is_negligible(&instance(effect, sizes));
+        assert!(of("water_current", &[0.006, -0.006]) && !of("water_current", &[0.008, -0.008]));
+        assert!(of("buoyancy_change", &[0.009, 0.001]) && !of("buoyancy_change", &[0.009, 0.02]));
+        assert!(of("heading_bias", &[0.001, 0.0, -0.001]) && !of("heading_bias", &[0.0, 0.0, 0.01]));
+        assert!(!of("clock_offset", &[1e-5]));
     }
 
     #[test]

@@ -3,7 +3,7 @@
 
 use backseat_core::dynamics::ActuatorInput;
 use backseat_core::effects::Step;
-use backseat_core::state::{P, PSI, U, VehicleState};
+use backseat_core::state::{P, PSI, U, VehicleState, X, Y};
 use std::collections::VecDeque;
 
 /// ω × arm, m/s.
@@ -49,17 +49,42 @@ impl DelayLine {
     }
 }
 
+/// By how much a reading that comes late is behind what it is of.
+#[derive(Clone, Debug, Default)]
+struct Behind<const N: usize> {
+    /// What it is of at the ends of the last steps: (time in s, value).
+    path: VecDeque<(f64, [f64; N])>,
+}
+
+impl<const N: usize> Behind<N> {
+    /// After a step that ended at `to_s` with the value `now`: now less then, between steps on straight lines.
+    fn advance(&mut self, delay_s: f64, to_s: f64, now: [f64; N]) -> [f64; N] {
+        self.path.push_back((to_s, now));
+        let then_s = to_s - delay_s;
+        while self.path.get(1).is_some_and(|(t_s, _)| *t_s <= then_s) {
+            self.path.pop_front();
+        }
+        let [(from_s, from), (next_s, next)] = [0, 1].map(|place| self.path.get(place).copied().unwrap_or((to_s, now)));
+        let share = if next_s > from_s { ((then_s - from_s) / (next_s - from_s)).clamp(0.0, 1.0) } else { 0.0 };
+        std::array::from_fn(|axis| now[axis] - from[axis] - share * (next[axis] - from[axis]))
+    }
+}
+
 /// By how much late sensors are behind the vehicle, as the model moves it between readings.
 #[derive(Clone, Debug, Default)]
 pub struct Lateness {
     heading_lag: Lag,
     /// Of the heading, rad.
     pub(crate) heading_rad: f64,
-    /// Velocity of the DVL over ground in body axes, m/s, less what readings corrected of the vehicle's: (time in s, value).
-    path: VecDeque<(f64, [f64; 3])>,
+    /// Velocity in body axes, m/s, and position, m, less what readings corrected of the vehicle's.
     moved_mps: [f64; 3],
-    /// Of the velocity, m/s.
+    moved_m: [f64; 2],
+    dvl: Behind<3>,
+    gnss: Behind<2>,
+    /// Of the velocity of the DVL over ground, m/s.
     pub(crate) velocity_mps: [f64; 3],
+    /// Of the position, north and east, m.
+    pub(crate) position_m: [f64; 2],
 }
 
 /// Which sensors are late.
@@ -69,6 +94,8 @@ pub struct Delays {
     pub heading_lag_s: f64,
     /// By how much the DVL is late, s.
     pub dvl_s: f64,
+    /// By how much fixes are late, s.
+    pub gnss_s: f64,
     /// Where the DVL is, less where it is declared, m.
     pub dvl_arm_m: [f64; 3],
 }
@@ -77,7 +104,7 @@ impl Delays {
     /// Whether some sensor is late.
     #[must_use]
     pub fn are_any(&self) -> bool {
-        self.heading_lag_s != 0.0 || self.dvl_s != 0.0
+        self.heading_lag_s != 0.0 || self.dvl_s != 0.0 || self.gnss_s != 0.0
     }
 }
 
@@ -93,6 +120,14 @@ impl Lateness {
     ) {
         self.heading_lag.advance(delays.heading_lag_s, step.h_s, f[PSI]);
         self.heading_rad = self.heading_lag.0;
+        let to_s = step.t_s + step.h_s;
+        let over_ground = [f[X], f[Y]];
+        self.moved_m = [0, 1].map(|axis| self.moved_m[axis] + over_ground[axis] * step.h_s);
+        self.position_m = if delays.gnss_s > 0.0 {
+            self.gnss.advance(delays.gnss_s, to_s, self.moved_m)
+        } else {
+            over_ground.map(|velocity| delays.gnss_s * velocity)
+        };
         let delay_s = delays.dvl_s;
         let swing_of = |state: &VehicleState| swing(state.fixed_rows::<3>(P).into(), delays.dvl_arm_m);
         if delay_s <= 0.0 {
@@ -101,19 +136,11 @@ impl Lateness {
             return;
         }
         let swung = swing_of(x);
-        let to_s = step.t_s + step.h_s;
         for axis in 0..3 {
             self.moved_mps[axis] += f[U + axis] * step.h_s;
         }
         let now = [0, 1, 2].map(|axis| self.moved_mps[axis] + water_mps[axis] + swung[axis]);
-        self.path.push_back((to_s, now));
-        let then_s = to_s - delay_s;
-        while self.path.get(1).is_some_and(|(t_s, _)| *t_s <= then_s) {
-            self.path.pop_front();
-        }
-        let [(from_s, from), (next_s, next)] = [0, 1].map(|place| self.path.get(place).copied().unwrap_or((to_s, now)));
-        let share = if next_s > from_s { ((then_s - from_s) / (next_s - from_s)).clamp(0.0, 1.0) } else { 0.0 };
-        self.velocity_mps = [0, 1, 2].map(|axis| now[axis] - from[axis] - share * (next[axis] - from[axis]));
+        self.velocity_mps = self.dvl.advance(delay_s, to_s, now);
     }
 }
 
@@ -143,14 +170,15 @@ mod tests {
     /// A vehicle whose rates change: closed forms of a lag and of a delay.
     #[test]
     fn val_late_sensors_are_behind_by_closed_forms() {
-        let delays = Delays { heading_lag_s: 1.5, dvl_s: 0.33, ..Delays::default() };
+        let delays = Delays { heading_lag_s: 1.5, dvl_s: 0.33, gnss_s: 0.8, ..Delays::default() };
         let mut late = Lateness::default();
         let (h_s, end_s) = (0.05, 6.0);
         let mut t_s: f64 = 0.0;
         while t_s < end_s - 1e-9 {
-            // ψ = 0.1 t, u = sin t.
+            // ψ = 0.1 t, u = sin t, x = sin t, y = 2 t
             let mut f = VehicleState::zeros();
-            (f[PSI], f[U]) = (0.1, ((t_s + h_s).sin() - t_s.sin()) / h_s);
+            let slope = ((t_s + h_s).sin() - t_s.sin()) / h_s;
+            (f[PSI], f[U], f[X], f[Y]) = (0.1, slope, slope, 2.0);
             late.advance(&delays, &Step { t_s, h_s }, (&f, &VehicleState::zeros()), [0.0; 3]);
             t_s += h_s;
         }
@@ -159,6 +187,9 @@ mod tests {
         // Straight lines between steps of 50 ms: h² / 8.
         let delay = t_s.sin() - (t_s - 0.33_f64).sin();
         assert!((late.velocity_mps[0] - delay).abs() < 4e-4, "{} {delay}", late.velocity_mps[0]);
+        let [north_m, east_m] = late.position_m;
+        assert!((north_m - (t_s.sin() - (t_s - 0.8_f64).sin())).abs() < 4e-4, "{north_m}");
+        assert!((east_m - 1.6).abs() < 1e-9, "{east_m}"); // rounding
     }
 
     /// A DVL half a metre ahead of a vehicle that turns at r = 0.2 cos t reads its sway of 0.33 s ago.

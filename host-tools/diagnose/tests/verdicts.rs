@@ -300,6 +300,25 @@ fn val_an_antenna_on_the_vehicle() {
     assert_eq!(d.verdict, Verdict::None, "{:?} {}", d.effects, d.reason);
 }
 
+/// Fixes two seconds late, on several headings, at the one speed that a vehicle has at the surface.
+#[test]
+#[ignore = "half a minute: .ci/nightly"]
+fn val_late_fixes() {
+    for (seed, delay_s) in [(603, 2.0), (604, 3.0), (605, 1.5), (606, 0.7)] {
+        let effect = format!("gnss_delay:s={delay_s}");
+        let d = diagnose(&[&effect], seed, |spec| (spec.duration_s, spec.shape) = (2400.0, Shape::Surfacing));
+        println!("{seed} {delay_s} {:?} {}", d.verdict, d.reason);
+        for f in &d.effects {
+            println!(
+                "   {} {:?} {:?}",
+                f.instance.candidate.effect,
+                f.values,
+                f.possible_alternatives().map(|a| a.instance.candidate.effect).collect::<Vec<_>>()
+            );
+        }
+    }
+}
+
 /// What turns with the vehicle is late with the DVL: with both, each of its own size.
 #[test]
 fn val_a_late_dvl_away_from_its_place() {

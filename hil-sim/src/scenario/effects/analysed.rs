@@ -36,6 +36,10 @@ pub(super) const ENTRIES: &[EffectKind] = entries! { catalogue: false, by_name_o
     [number("s", [0.0, 10.0], Draw::Size(0.1, 2.0))],
     |p, v| p.installation.dvl_delay_s += v[0];
 
+    "gnss_delay", "the vehicle's fixes come late",
+    [number("s", [0.0, 10.0], Draw::Size(0.3, 2.0))],
+    |p, v| p.installation.gnss_delay_s += v[0];
+
     "input_delay", "fins and propeller follow their commands late",
     [number("s", [0.0, 10.0], Draw::Size(0.1, 1.0))],
     |p, v| p.undeclared.input_delay_s += v[0];

@@ -1,14 +1,14 @@
 //! A log without what effects of its readings make of it.
 
 use super::{
-    DEPTH_SCALE, DVL_ARM, DVL_CHANGE, DVL_DELAY, Effects, GNSS_ARM, HEADING_CHANGE, HEADING_LAG, MOST, PITCH_CHANGE,
-    PLACE, SOFT_IRON, USBL_TURN, first_three,
+    DEPTH_SCALE, DVL_ARM, DVL_CHANGE, DVL_DELAY, Effects, GNSS_ARM, GNSS_DELAY, HEADING_CHANGE, HEADING_LAG, MOST,
+    PITCH_CHANGE, PLACE, SOFT_IRON, USBL_TURN, first_three,
 };
 use crate::lateness::Lag;
 use backseat_core::effects::{EffectSet, Moment, SensorChannel};
 use backseat_core::parameters::Installation;
 use backseat_estimation::inputs;
-use backseat_logs::log::{Column, Log};
+use backseat_logs::log::{Column, Log, LogRow};
 use std::borrow::Cow;
 
 impl Effects {
@@ -26,6 +26,9 @@ impl Effects {
         }
         if has(&[USBL_TURN, PLACE]) {
             self.correct_positioning(log.to_mut());
+        }
+        if has(&[GNSS_DELAY]) {
+            self.move_fixes(log.to_mut());
         }
         let [delay_s, ..] = self.log[DVL_DELAY];
         let moved = Installation {
@@ -68,6 +71,21 @@ impl Effects {
                 }
             }
         }
+    }
+
+    /// Fixes at the time at which the vehicle was there.
+    fn move_fixes(&self, log: &mut Log) {
+        let late_us = (self.log[GNSS_DELAY][0].max(0.0) * 1e6) as u64;
+        let mut moved = Vec::new();
+        for row in &mut log.rows {
+            if let Some(position_m) = row.gnss_m() {
+                row.set_all(Column::GpsX, &[f64::NAN; 2]);
+                let mut fix = LogRow::new(row.time_us.saturating_sub(late_us));
+                moved.push(fix.set_all(Column::GpsX, &position_m).clone());
+            }
+        }
+        log.rows.extend(moved);
+        log.rows.sort_by_key(|row| row.time_us);
     }
 
     fn correct_readings(&self, log: &mut Log) {
@@ -126,7 +144,6 @@ mod tests {
     use crate::log_effects::PathAt;
     use backseat_core::effects::ParameterId;
     use backseat_core::state::VehicleState;
-    use backseat_logs::log::LogRow;
     use nalgebra::Vector3;
 
     /// A DVL turned and scaled, a compass and a pitch sensor that slip from 100 to 200 s: readings of the same motion before,

@@ -21,7 +21,7 @@ use nalgebra::Vector3;
 const MOST: usize = 4;
 
 /// The entries, with the sensors that show each; those without a sensor move the vehicle itself.
-const ENTRIES: [(&str, &[SensorChannel]); 19] = [
+const ENTRIES: [(&str, &[SensorChannel]); 20] = [
     ("heading_lag", &[SensorChannel::Attitude]),
     ("soft_iron", &[SensorChannel::Attitude]),
     ("dvl_delay", &[SensorChannel::Dvl]),
@@ -41,6 +41,7 @@ const ENTRIES: [(&str, &[SensorChannel]); 19] = [
     ("dvl_change", &[SensorChannel::Dvl]),
     ("clock_change", &[SensorChannel::Range]),
     ("fin_bias_change", &[]),
+    ("gnss_delay", &[SensorChannel::Gnss]),
 ];
 const HEADING_LAG: usize = 0;
 const SOFT_IRON: usize = 1;
@@ -57,6 +58,7 @@ const PLACE: usize = 10;
 const HEADING_CHANGE: usize = 11;
 const PITCH_CHANGE: usize = 15;
 const DVL_CHANGE: usize = 16;
+const GNSS_DELAY: usize = 19;
 /// A change of the board's entries under way: its sizes, then onset and end.
 struct Change {
     /// Its place.
@@ -97,8 +99,8 @@ pub fn is_known(name: &str) -> bool {
 }
 
 /// Errors of readings that `[installation]` of a vehicle file has no place for.
-const OF_READINGS: [usize; 8] =
-    [HEADING_LAG, SOFT_IRON, DEPTH_SCALE, USBL_TURN, PLACE, HEADING_CHANGE, PITCH_CHANGE, DVL_CHANGE];
+const OF_READINGS: [usize; 9] =
+    [HEADING_LAG, SOFT_IRON, DEPTH_SCALE, USBL_TURN, PLACE, HEADING_CHANGE, PITCH_CHANGE, DVL_CHANGE, GNSS_DELAY];
 
 /// Whether it is an error of readings that `[installation]` of a vehicle file has no place for.
 #[must_use]
@@ -190,8 +192,8 @@ impl Effects {
     /// Which sensors are late.
     #[must_use]
     pub fn delays(&self) -> Delays {
-        let [[heading_lag_s, ..], [dvl_s, ..]] = [self.log[HEADING_LAG], self.log[DVL_DELAY]];
-        Delays { heading_lag_s, dvl_s, dvl_arm_m: first_three(self.log[DVL_ARM]) }
+        let [heading_lag_s, dvl_s, gnss_s] = [HEADING_LAG, DVL_DELAY, GNSS_DELAY].map(|entry| self.log[entry][0]);
+        Delays { heading_lag_s, dvl_s, gnss_s, dvl_arm_m: first_three(self.log[DVL_ARM]) }
     }
 
     /// Roll moment per newton of thrust, m: the hull rolls against the propeller.
@@ -243,11 +245,12 @@ impl Effects {
                 reading[0] *= scale;
                 slope[0][0] = scale;
             }
-            SensorChannel::Gnss if self.log[GNSS_ARM] != [0.0; MOST] => {
+            SensorChannel::Gnss => {
                 let arm =
                     Attitude::new(&state::attitude(x)).rotation() * Vector3::from(first_three(self.log[GNSS_ARM]));
-                reading[0] += arm.x;
-                reading[1] += arm.y;
+                for axis in 0..2 {
+                    reading[axis] += arm[axis] - late.position_m[axis];
+                }
             }
             SensorChannel::Range | SensorChannel::TwoWayRange => {
                 reading[0] += (0..3).map(|axis| path.body[axis] * self.log[TRANSDUCER_ARM][axis]).sum::<f64>();
