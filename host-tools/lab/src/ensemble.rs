@@ -20,9 +20,6 @@ pub struct SeedArgs {
     /// Seed of the first; the others follow
     #[arg(long, value_name = "N", default_value_t = 1)]
     first_seed: u64,
-    /// Flights at a time [default: one a core]
-    #[arg(long, value_name = "N")]
-    jobs: Option<usize>,
 }
 
 impl SeedArgs {
@@ -30,13 +27,26 @@ impl SeedArgs {
     pub fn seeds(&self) -> Range<u64> {
         self.first_seed..self.first_seed + self.runs
     }
+}
 
-    /// Has no more than so many fly at a time.
-    pub fn limit_jobs(&self) {
-        if let Some(jobs) = self.jobs {
-            // Fails only if something has used the pool before: its size then stays.
-            let _ = rayon::ThreadPoolBuilder::new().num_threads(jobs).build_global();
+/// Where a page goes besides the terminal.
+#[derive(clap::Args, Clone, Debug)]
+pub struct PageArgs {
+    /// Write the page to this file as well (Markdown)
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+}
+
+impl PageArgs {
+    /// Writes the page and prints it.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn show(&self, page: &str) -> anyhow::Result<()> {
+        if let Some(path) = &self.out {
+            std::fs::write(path, page).with_context(|| path.display().to_string())?;
         }
+        console::print(page.as_bytes())
     }
 }
 

@@ -1,24 +1,35 @@
 //! `cargo lab geometry`: where the ship is, against the error of the vehicle's position and its observability.
 
-use crate::ensemble::all_runs;
+use crate::ensemble::{PageArgs, PartArgs, SeedArgs, all_runs};
+use crate::flights;
 use crate::store::{Key, nan, version};
 use crate::wrap::wrapped;
-use crate::{EnsembleArgs, flights};
-use anyhow::Context;
 use backseat_analysis::flight_score;
 use backseat_core::navigation::ProcessModel;
 use backseat_estimation::filter::{self, FilterOptions};
 use backseat_logs::Truth;
 use backseat_logs::stats::{ErrorSummary, mean, median};
-use backseat_report::console;
 use backseat_report::markdown::markdown_table;
 use hil_sim::flight::FlightLog;
 use hil_sim::scenario::{Scenario, Ship, ShipTrack};
 use nalgebra::{Matrix2, Vector2};
 use serde::{Deserialize, Serialize};
-use serde_json::{Value, json};
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::fmt::Write as _;
+
+/// Command line.
+#[derive(clap::Args, Clone, Debug)]
+pub struct Args {
+    #[command(flatten)]
+    ensemble: SeedArgs,
+    /// End each mission after this simulated time
+    #[arg(long, default_value_t = MINUTES)]
+    minutes: f64,
+    #[command(flatten)]
+    page: PageArgs,
+    #[command(flatten)]
+    part: PartArgs,
+}
 
 /// Time over which position information is added up, s.
 const WINDOW_S: f64 = 600.0;
@@ -140,31 +151,26 @@ fn towards([x, y]: [f64; 2]) -> Matrix2<f64> {
 ///
 /// # Errors
 /// A flight that fails; a page that cannot be written.
-pub fn run(args: &EnsembleArgs) -> anyhow::Result<()> {
+pub fn run(args: &Args) -> anyhow::Result<()> {
     let geometries = geometries();
-    let minutes = args.minutes.unwrap_or(MINUTES);
+    let minutes = args.minutes;
     let jobs: Vec<(Key, &Ship)> = geometries
         .iter()
-        .flat_map(|(name, ship)| args.seeds().map(move |seed| (((*name).to_owned(), seed), ship)))
+        .flat_map(|(name, ship)| args.ensemble.seeds().map(move |seed| (((*name).to_owned(), seed), ship)))
         .collect();
     let version = version("geometry", &format!("{minutes} min"))?;
     let flown = all_runs("geometry", &args.part, version, &jobs, |seed, ship| fly(ship, seed, minutes))?;
     let Some(flown) = flown else { return Ok(()) };
     let rows: Vec<(&str, &[GeometryFlight])> =
-        geometries.iter().map(|(name, _)| *name).zip(flown.chunks(args.runs as usize)).collect();
-    let page = page(&rows, args, minutes);
-    if let Some(path) = &args.out {
-        std::fs::write(path, &page).with_context(|| path.display().to_string())?;
-    }
-    let text = if args.json { json_text(&rows) } else { page };
-    console::print(text.as_bytes())
+        geometries.iter().map(|(name, _)| *name).zip(flown.chunks(flown.len() / geometries.len())).collect();
+    args.page.show(&page(&rows, args, minutes))
 }
 
 fn median_of(runs: &[GeometryFlight], value: impl Fn(&GeometryFlight) -> Option<f64>) -> f64 {
     median(&runs.iter().filter_map(value).collect::<Vec<f64>>()).unwrap_or(f64::NAN)
 }
 
-fn page(rows: &[(&str, &[GeometryFlight])], args: &EnsembleArgs, minutes: f64) -> String {
+fn page(rows: &[(&str, &[GeometryFlight])], args: &Args, minutes: f64) -> String {
     let header = ["ship", "smallest eigenvalue [1/m²], median", "least", "as sigma [m]"];
     let mut table = markdown_table(header.into_iter().chain(FILTERS.map(|(name, ..)| name)));
     for (name, runs) in rows {
@@ -178,16 +184,17 @@ fn page(rows: &[(&str, &[GeometryFlight])], args: &EnsembleArgs, minutes: f64) -
         table.add_row(cells);
     }
     let mut out = String::from("# Geometry of ship and vehicle\n\n");
-    let last = args.first_seed + args.runs - 1;
+    let seeds = args.ensemble.seeds();
     let _ = writeln!(
         out,
         "Made by `cargo lab geometry --runs {} --first-seed {} --minutes {minutes}` (version {}): the default survey's first {minutes:.0} minutes, \
-         seeds {} to {last}, a one-way range of 1 m every 30 s without range rate, attitude of 1 degree without rates, still water; \
+         seeds {} to {}, a one-way range of 1 m every 30 s without range rate, attitude of 1 degree without rates, still water; \
          the vehicle steered with a DVL, its measurements through each filter. Medians over the flights.\n",
-        args.runs,
-        args.first_seed,
+        seeds.end - seeds.start,
+        seeds.start,
         env!("CARGO_PKG_VERSION"),
-        args.first_seed,
+        seeds.start,
+        seeds.end - 1,
     );
     let _ = writeln!(
         out,
@@ -200,27 +207,6 @@ fn page(rows: &[(&str, &[GeometryFlight])], args: &EnsembleArgs, minutes: f64) -
     );
     let _ = writeln!(out, "{table}");
     wrapped(&out)
-}
-
-fn json_text(rows: &[(&str, &[GeometryFlight])]) -> String {
-    let rows: Vec<Value> = rows
-        .iter()
-        .map(|(name, runs)| {
-            let runs: Vec<Value> = runs
-                .iter()
-                .map(|flown| {
-                    let errors: serde_json::Map<String, Value> = FILTERS
-                        .iter()
-                        .zip(flown.errors)
-                        .map(|((name, ..), error)| ((*name).to_owned(), json!(error)))
-                        .collect();
-                    json!({"information_per_m2": flown.information, "median_p95_ratio": errors})
-                })
-                .collect();
-            json!({"ship": name, "runs": runs})
-        })
-        .collect();
-    format!("{}\n", json!({"rows": rows}))
 }
 
 #[cfg(test)]

@@ -2,7 +2,6 @@
 //!
 //! The laboratory: every study is one command of `cargo lab`. Nobody who only uses the tools builds it.
 
-pub mod adaptive_control;
 mod alone;
 mod closed_loop;
 pub mod consistency;
@@ -33,37 +32,7 @@ mod wrap;
 mod wrong_recordings;
 
 use backseat_report::console;
-use ensemble::PartArgs;
-use std::ops::Range;
 use std::path::PathBuf;
-
-/// Which flights an ensemble has, and where its table goes.
-#[derive(clap::Args, Clone, Debug)]
-pub struct EnsembleArgs {
-    /// Seeded missions of each row
-    #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u64).range(1..))]
-    runs: u64,
-    /// Seed of the first; the others follow
-    #[arg(long, value_name = "N", default_value_t = 1)]
-    first_seed: u64,
-    /// End each mission after this simulated time
-    #[arg(long)]
-    minutes: Option<f64>,
-    /// Write the table to this file as well (Markdown)
-    #[arg(long, value_name = "FILE")]
-    out: Option<PathBuf>,
-    #[command(flatten)]
-    part: PartArgs,
-    /// Print one JSON object
-    #[arg(long)]
-    json: bool,
-}
-
-impl EnsembleArgs {
-    fn seeds(&self) -> Range<u64> {
-        self.first_seed..self.first_seed + self.runs
-    }
-}
 
 /// Stores to be joined.
 #[derive(clap::Args, Clone, Debug)]
@@ -111,14 +80,10 @@ enum LabCommand {
     #[command(after_help = "Example:
   cargo lab team --runs 20 --first-seed 700001 --store runs.jsonl --out docs/results/team.md")]
     Team(team::Args),
-    /// Gains and feed-forward that follow the filter's parameters, against fixed ones
-    #[command(after_help = "Example:
-  cargo lab adaptive-control --runs 5 --out docs/results/adaptive_control.md")]
-    AdaptiveControl(EnsembleArgs),
     /// Where the ship is, against the error of the position and its observability
     #[command(after_help = "Example:
   cargo lab geometry --runs 5 --out docs/results/geometry.md")]
-    Geometry(EnsembleArgs),
+    Geometry(geometry::Args),
     /// What it costs to know the ship from its packets alone: packet-fed and centralized filter on one flight
     PacketNavigation(packet_navigation::Args),
     /// Is the filter's covariance right: normalised errors and innovations, and the Cramér-Rao bound, over an ensemble
@@ -188,7 +153,6 @@ impl Lab {
             LabCommand::Alone(arguments) => alone::run(arguments),
             LabCommand::Team(arguments) => team::run(arguments),
             LabCommand::Navigation(arguments) => navigation::run(arguments),
-            LabCommand::AdaptiveControl(arguments) => adaptive_control::run(arguments),
             LabCommand::Geometry(arguments) => geometry::run(arguments),
             LabCommand::PacketNavigation(arguments) => packet_navigation::run(arguments),
             LabCommand::Consistency(arguments) => consistency::run_command(arguments),

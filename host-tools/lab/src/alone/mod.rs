@@ -14,10 +14,9 @@ mod page;
 mod run;
 pub(crate) mod worlds;
 
-use crate::ensemble::{PartArgs, SeedArgs, all_runs};
+use crate::ensemble::{PageArgs, PartArgs, SeedArgs, all_runs};
 use crate::store::{Key, version};
 use anyhow::{Context, bail};
-use backseat_report::console;
 use page::FlownWorld;
 use std::path::PathBuf;
 use worlds::{WORLDS, World};
@@ -32,9 +31,8 @@ pub struct Args {
     worlds: Vec<String>,
     #[command(flatten)]
     part: PartArgs,
-    /// Write the page to this file as well (Markdown)
-    #[arg(long, value_name = "FILE")]
-    out: Option<PathBuf>,
+    #[command(flatten)]
+    page: PageArgs,
     /// Write the picture to this file (SVG)
     #[arg(long, value_name = "FILE")]
     picture: Option<PathBuf>,
@@ -46,7 +44,6 @@ pub struct Args {
 /// An unknown world; a flight or a filter that fails; a file that cannot be written.
 pub fn run(args: &Args) -> anyhow::Result<()> {
     let worlds = selected(&args.worlds)?;
-    args.ensemble.limit_jobs();
     let seeds = args.ensemble.seeds();
     let all = seeds.flat_map(|seed| worlds.iter().map(move |world| ((world.name.to_owned(), seed), *world)));
     let jobs: Vec<(Key, World)> = all.collect();
@@ -59,11 +56,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     if let Some(path) = &args.picture {
         std::fs::write(path, page::picture(&flown)).with_context(|| path.display().to_string())?;
     }
-    let page = page::page(&flown, args);
-    if let Some(path) = &args.out {
-        std::fs::write(path, &page).with_context(|| path.display().to_string())?;
-    }
-    console::print(page.as_bytes())
+    args.page.show(&page::page(&flown, args))
 }
 
 fn selected(names: &[String]) -> anyhow::Result<Vec<World>> {

@@ -63,9 +63,6 @@ pub struct Args {
     /// Length of each log, s.
     #[arg(skip = 1800.0)]
     seconds: f64,
-    /// Print one JSON object instead of the page
-    #[arg(long)]
-    json: bool,
 }
 
 impl Args {
@@ -103,7 +100,7 @@ fn finish(args: &Args) -> anyhow::Result<(String, Progressed)> {
     for (name, text) in [("study.md", &markdown), ("study.html", &html)] {
         output::write(&args.out.join(name), Existing::Replace, |file| file.write_all(text.as_bytes()))?;
     }
-    Ok((if args.json { page.json() } else { markdown }, progressed))
+    Ok((markdown, progressed))
 }
 
 /// Runs what is missing.
@@ -131,15 +128,7 @@ mod tests {
     }
 
     fn args(folder: &Path, runs: u64, class: Vec<Class>) -> Args {
-        Args {
-            out: folder.to_owned(),
-            runs,
-            first_seed: 100,
-            class,
-            part: PartArgs::default(),
-            seconds: 300.0,
-            json: false,
-        }
+        Args { out: folder.to_owned(), runs, first_seed: 100, class, part: PartArgs::default(), seconds: 300.0 }
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! The page, for people (Markdown, HTML) and for scripts.
+//! The page: Markdown and HTML.
 
 use super::plan::Class;
 use super::run::DiagnosedLog;
@@ -6,7 +6,6 @@ use super::sections::{Findings, Target};
 use backseat_report::markdown::markdown_table;
 use backseat_report::{Provenance, Report, Table};
 use clap::ValueEnum as _;
-use serde_json::{Value, json};
 use std::fmt::Write as _;
 
 /// The page with its introduction.
@@ -92,19 +91,6 @@ impl Page<'_> {
         }
         let command = self.command();
         report.provenance(Provenance { command: &command, seed: None, version: super::VERSION }).html()
-    }
-
-    /// One JSON object.
-    pub fn json(&self) -> String {
-        let target = |target: &Target| json!({"what": target.what, "asked": target.asked, "found": target.found, "reached": target.reached});
-        let targets: Vec<Value> = self.study.targets().iter().map(target).collect();
-        let section = |section: &super::sections::Section| json!({"title": section.title, "text": section.text, "header": section.header, "rows": section.rows});
-        let sections: Vec<Value> = self.study.sections().iter().map(section).collect();
-        let seeds = [self.seeds.start, self.seeds.end - 1];
-        let page = json!({
-            "version": super::VERSION, "seeds": seeds, "runs": self.runs.len(), "targets": targets, "sections": sections,
-        });
-        format!("{page}\n")
     }
 }
 

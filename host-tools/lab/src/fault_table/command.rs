@@ -1,6 +1,6 @@
 //! `cargo lab faults`: the fault table.
 
-use super::{JudgedFlight, Row, Summary, drawn, drawn_markdown, fly, markdown, rows, share, ship_of, to_json};
+use super::{JudgedFlight, Row, Summary, drawn, drawn_markdown, fly, markdown, rows, share, ship_of};
 use crate::wrap::wrapped;
 use anyhow::{Context, bail};
 use backseat_link::{Client, Ports};
@@ -16,7 +16,7 @@ use std::sync::atomic::AtomicBool;
 #[derive(clap::Args, Clone, Debug)]
 #[command(after_help = "Examples:
   cargo lab faults
-  cargo lab faults --only dvl_false_lock --runs 1 --json
+  cargo lab faults --only dvl_false_lock --runs 1
   cargo lab faults --random 60 --seed 1
   cargo lab faults --random 60 --only heading_trim_flooding --scenarios drawn
   cargo lab faults --backseat qemu --only lost_ --only packet_ --minutes 8
@@ -43,7 +43,7 @@ pub struct Args {
     scenarios: Option<PathBuf>,
     /// `qemu` flies each row once with the app in this process and once with the ARM image in QEMU, and compares
     /// digests.
-    #[arg(long, value_enum, default_value = "host", conflicts_with_all = ["random", "out", "json", "runs"])]
+    #[arg(long, value_enum, default_value = "host", conflicts_with_all = ["random", "out", "runs"])]
     backseat: Backseat,
     /// Ends the flights of --backseat qemu after so many minutes.
     #[arg(long, value_name = "M", value_parser = minutes)]
@@ -51,9 +51,6 @@ pub struct Args {
     /// Write the table to this file as well (Markdown).
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
-    /// Print one JSON object on stdout.
-    #[arg(long)]
-    json: bool,
 }
 
 /// Where the app runs.
@@ -82,7 +79,8 @@ pub fn run(arguments: &Args) -> anyhow::Result<()> {
     if arguments.out.is_none()
         && let Some(rows) = &drawn_rows
     {
-        return print_drawn(&flown(rows, arguments.runs.unwrap_or(1), arguments)?, arguments.json);
+        print_drawn(&flown(rows, arguments.runs.unwrap_or(1), arguments)?);
+        return Ok(());
     }
     let runs = arguments.runs.unwrap_or(5);
     let summaries = flown(&chosen(&arguments.only)?, runs, arguments)?;
@@ -103,11 +101,7 @@ pub fn run(arguments: &Args) -> anyhow::Result<()> {
     if let Some(path) = &arguments.out {
         std::fs::write(path, wrapped(&text)).with_context(|| path.display().to_string())?;
     }
-    if arguments.json {
-        println!("{}", to_json(&summaries));
-    } else {
-        print!("{text}");
-    }
+    print!("{text}");
     let failed: Vec<&str> = summaries.iter().filter(|s| !s.passes()).map(|s| s.row.name.as_str()).collect();
     if !failed.is_empty() {
         bail!("{} of {} rows fail: {}", failed.len(), summaries.len(), failed.join(", "));
@@ -189,11 +183,7 @@ fn digest(row: &Row, seed: u64, ports: impl Ports) -> anyhow::Result<u64> {
 }
 
 /// A line a drawn row, and the share of silent flights. A drawn row has no limits of its own to fail.
-fn print_drawn(summaries: &[Summary], json: bool) -> anyhow::Result<()> {
-    if json {
-        println!("{}", to_json(summaries));
-        return Ok(());
-    }
+fn print_drawn(summaries: &[Summary]) {
     for Summary { row, outcomes } in summaries {
         let faults: Vec<String> = row.scenario.settings.faults.iter().map(ToString::to_string).collect();
         for flight in outcomes {
@@ -213,7 +203,6 @@ fn print_drawn(summaries: &[Summary], json: bool) -> anyhow::Result<()> {
         }
     }
     println!("{}", share(summaries));
-    Ok(())
 }
 
 fn chosen(only: &[String]) -> anyhow::Result<Vec<Row>> {

@@ -5,7 +5,6 @@ use super::{JudgedFlight, Row};
 use backseat_logs::stats::{median, percentile};
 use backseat_report::markdown::markdown_table;
 use backseat_wire::hostlink::Mode;
-use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
@@ -242,33 +241,3 @@ a mission, each with a timeout of 2 s at most; never more than 120 s of 600 s, i
 (u)); not `navigating` after ten rejections of a source in a row; no source taken back with a covariance scaled to fit, unless a fix
 came between; no deeper than 9 m in missions at 3 m (`safety.depth_below_leg_m` and 1 m; where the row says that the vehicle sinks whatever is commanded: until the mission's end); the same digest when flown again (first seed).
 ";
-
-/// Everything, for scripts.
-#[must_use]
-pub fn to_json(summaries: &[Summary]) -> Value {
-    let flight = |outcome: &JudgedFlight| {
-        let modes: Vec<Value> = outcome
-            .spells
-            .iter()
-            .map(|spell| {
-                json!({"from_s": spell.from_us as f64 * 1e-6, "length_s": spell.length_us as f64 * 1e-6,
-                       "mode": name(&spell.mode), "reason": name(&spell.reason)})
-            })
-            .collect();
-        json!({
-            "seed": outcome.seed, "median_m": outcome.error_m[0], "max_m": outcome.error_m[1], "end_m": outcome.end_error_m,
-            "error_over_sigma": {"navigating": outcome.ratios[0], "any": outcome.ratios[1]}, "deepest_m": outcome.deepest_m, "deepest_steered_m": outcome.steered_deepest_m, "silent_s": {"horizontal": outcome.silent_s[0], "depth": outcome.silent_s[1]}, "navigating_share": outcome.navigating, "modes": modes, "alarms": outcome.alarms,
-            "commands": {"steering": outcome.commands[0], "neutral": outcome.commands[1], "stop": outcome.commands[2]},
-            "mission": name(&outcome.end), "digest": format!("{:016x}", outcome.digest), "violations": outcome.violations,
-        })
-    };
-    let rows: Vec<Value> = summaries
-        .iter()
-        .map(|summary| {
-            let flights: Vec<Value> = summary.outcomes.iter().map(flight).collect();
-            json!({"name": summary.row.name, "pass": summary.passes(),
-                   "revealed": summary.row.limits.unrevealable.is_none(), "flights": flights})
-        })
-        .collect();
-    json!({"pass": summaries.iter().all(Summary::passes), "rows": rows})
-}

@@ -14,9 +14,6 @@ pub struct MethodArgs {
     runs: u64,
     #[command(flatten)]
     part: PartArgs,
-    /// Print one JSON object
-    #[arg(long)]
-    json: bool,
 }
 
 impl MethodArgs {
@@ -25,7 +22,7 @@ impl MethodArgs {
     /// # Errors
     /// An identification that fails.
     pub fn run(&self) -> anyhow::Result<()> {
-        methods::run(self.runs, &self.part, self.json)
+        methods::run(self.runs, &self.part)
     }
 }
 
@@ -45,9 +42,6 @@ pub struct FaultArgs {
     seed: u64,
     #[command(flatten)]
     part: PartArgs,
-    /// Print one JSON object, without the table of compensation
-    #[arg(long)]
-    json: bool,
 }
 
 fn positive(text: &str) -> Result<f64, String> {
@@ -60,7 +54,7 @@ impl FaultArgs {
     /// # Errors
     /// A flight or an identification that fails.
     pub fn run(&self) -> anyhow::Result<()> {
-        faults::run(self.runs, self.hours, self.seed, &self.part, self.json)
+        faults::run(self.runs, self.hours, self.seed, &self.part)
     }
 }
 
@@ -77,9 +71,6 @@ pub struct PlanArgs {
     duration: f64,
     #[command(flatten)]
     part: PartArgs,
-    /// Print one JSON object
-    #[arg(long)]
-    json: bool,
 }
 
 impl PlanArgs {
@@ -88,6 +79,6 @@ impl PlanArgs {
     /// # Errors
     /// A plan that is not found, or an identification that fails.
     pub fn run(&self) -> anyhow::Result<()> {
-        excitation_planning::run(self.runs, &Limits::DEFAULT, self.duration, &self.part, self.json)
+        excitation_planning::run(self.runs, &Limits::DEFAULT, self.duration, &self.part)
     }
 }

@@ -21,7 +21,6 @@ use hil_sim::rng::{Source, Stream};
 use hil_sim::scenario::Scenario;
 use hil_sim::truth::Parameters;
 use serde::{Deserialize, Serialize};
-use serde_json::json;
 
 /// Noise of linear velocity, m/s.
 const NOISE_MPS: f64 = 0.013;
@@ -199,7 +198,7 @@ fn interval(values: &[f64], digits: usize) -> String {
 }
 
 /// Runs the comparison and prints its tables.
-pub fn run(runs: u64, limits: &Limits, duration_s: f64, part: &PartArgs, as_json: bool) -> anyhow::Result<()> {
+pub fn run(runs: u64, limits: &Limits, duration_s: f64, part: &PartArgs) -> anyhow::Result<()> {
     let mut scenario = Scenario::built_in("survey")?;
     scenario.vehicle = VehicleFile::reference();
     let truth = Parameters { disturbance_per_sqrt_hz: [0.0; 6], ..scenario.truth_parameters() };
@@ -213,9 +212,6 @@ pub fn run(runs: u64, limits: &Limits, duration_s: f64, part: &PartArgs, as_json
         outcome(*excitation, &truth, limits, duration_s, &unseen, seed)
     })?;
     let Some(outcomes) = outcomes else { return Ok(()) };
-    if as_json {
-        return console::print(json_text(&outcomes, runs).as_bytes());
-    }
     let mut learned = markdown_table([
         "excitation",
         "log det of the information",
@@ -246,17 +242,4 @@ pub fn run(runs: u64, limits: &Limits, duration_s: f64, part: &PartArgs, as_json
         predicted.add_row([excitation.name().to_owned()].into_iter().chain(errors));
     }
     console::print(format!("{learned}\n\n{predicted}\n").as_bytes())
-}
-
-fn json_text(outcomes: &[PlanResult], runs: u64) -> String {
-    let rows = Excitation::ALL.iter().zip(outcomes.chunks(runs as usize)).map(|(excitation, outcomes)| {
-        let of = |pick: fn(&PlanResult) -> f64| mean(&outcomes.iter().map(pick).collect::<Vec<_>>());
-        json!({
-            "name": excitation.name(),
-            "log_determinant": of(|o| o.log_determinant),
-            "remaining_percent": of(|o| o.remaining_percent),
-            "error_percent": of(|o| o.error_percent),
-        })
-    });
-    format!("{}\n", json!({"seeds": [1, runs], "rows": rows.collect::<Vec<_>>()}))
 }

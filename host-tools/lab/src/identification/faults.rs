@@ -19,7 +19,6 @@ use backseat_report::markdown::markdown_table;
 use hil_sim::dataset::{Dataset, Shape, Spec, simulate};
 use hil_sim::scenario::Request;
 use serde::{Deserialize, Serialize};
-use serde_json::json;
 
 /// Faults by their names in the simulator.
 const FAULTS: [&str; 4] = ["flooding", "entanglement", "fin_lost", "fouling"];
@@ -239,8 +238,8 @@ fn row(fault: &'static str, shape: &'static str, all: &[&FaultFlight]) -> FaultR
 }
 
 /// Runs the study and prints its tables: every fault `runs` times, half of them in either motion, `hours` without
-/// fault, and for people a tenth of the runs with compensation.
-pub fn run(runs: u64, hours: f64, first_seed: u64, part: &PartArgs, as_json: bool) -> anyhow::Result<()> {
+/// fault, and a tenth of the runs with compensation.
+pub fn run(runs: u64, hours: f64, first_seed: u64, part: &PartArgs) -> anyhow::Result<()> {
     let seeds = first_seed..first_seed + runs.div_ceil(2);
     let quiet_seeds = first_seed..first_seed + (0.5 * hours * 3600.0 / SOUND_S).ceil() as u64;
     let compensated = runs.div_ceil(10).max(2);
@@ -276,11 +275,7 @@ pub fn run(runs: u64, hours: f64, first_seed: u64, part: &PartArgs, as_json: boo
         (*name, sound.iter().map(|flights| flights[motion].clone()).collect())
     };
     let quiet: Vec<(&str, Vec<SoundFlight>)> = SHAPES.iter().enumerate().map(of_motion).collect();
-    let text = if as_json {
-        json_text(&rows, &quiet)
-    } else {
-        markdown(&rows, &quiet) + "\n" + &compensation::markdown(&pairs, compensated as usize)
-    };
+    let text = markdown(&rows, &quiet) + "\n" + &compensation::markdown(&pairs, compensated as usize);
     console::print(text.as_bytes())
 }
 
@@ -338,25 +333,4 @@ fn markdown(rows: &[FaultRow], quiet: &[(&'static str, Vec<SoundFlight>)]) -> St
         ]);
     }
     format!("{faults}\n\n{alarms}\n")
-}
-
-fn json_text(rows: &[FaultRow], quiet: &[(&'static str, Vec<SoundFlight>)]) -> String {
-    let faults: Vec<_> = rows
-        .iter()
-        .map(|row| {
-            json!({
-                "fault": row.fault, "motion": row.shape, "runs": row.runs, "alarms_before": row.early,
-                "detected": row.detected, "right_cause": row.isolated, "right_cause_later": row.isolated_later, "delay_median_s": row.median_s,
-                "delay_p95_s": row.p95_s, "magnitude_error_median": row.magnitude_error,
-            })
-        })
-        .collect();
-    let quiet: Vec<_> = quiet
-        .iter()
-        .map(|(shape, watches)| {
-            let (hours, diagnoses, suspicions) = sums(watches);
-            json!({"motion": shape, "hours": hours, "false_alarms": diagnoses, "suspicions": suspicions})
-        })
-        .collect();
-    format!("{}\n", json!({"faults": faults, "no_fault": quiet}))
 }

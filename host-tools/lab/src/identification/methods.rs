@@ -14,7 +14,6 @@ use backseat_logs::stats::{mean, mean_ci95, median};
 use backseat_report::console;
 use backseat_report::markdown::markdown_table;
 use serde::{Deserialize, Serialize};
-use serde_json::json;
 use std::fmt::Write as _;
 
 /// Seeds below this are for reports; methods were tuned on seeds from here on.
@@ -136,7 +135,7 @@ enum MethodRun {
 type MethodErrors = [(&'static Condition, Vec<[f64; 8]>)];
 
 /// Runs the ensemble and prints its table.
-pub fn run(runs: u64, part: &PartArgs, as_json: bool) -> anyhow::Result<()> {
+pub fn run(runs: u64, part: &PartArgs) -> anyhow::Result<()> {
     if !(2..FIRST_TUNING_SEED).contains(&runs) {
         return Err(anyhow!("--runs takes 2 to {} seeds", FIRST_TUNING_SEED - 1));
     }
@@ -161,8 +160,7 @@ pub fn run(runs: u64, part: &PartArgs, as_json: bool) -> anyhow::Result<()> {
     }
     let results: Vec<(&Condition, Vec<[f64; 8]>)> =
         CONDITIONS.iter().zip(errors.chunks(runs as usize).map(<[_]>::to_vec)).collect();
-    let text = if as_json { json_text(runs, &results) } else { markdown(runs, &results, &accelerations) };
-    console::print(text.as_bytes())
+    console::print(markdown(runs, &results, &accelerations).as_bytes())
 }
 
 fn column(errors: &[[f64; 8]], index: usize) -> Vec<f64> {
@@ -194,26 +192,6 @@ fn markdown(runs: u64, results: &MethodErrors, accelerations: &[AccelerationErro
     let _ = writeln!(out, "{means}\n\nMedians over the same seeds:\n\n{medians}");
     let _ = writeln!(out, "\n{}", accelerations::markdown(runs, accelerations));
     out
-}
-
-fn json_text(runs: u64, results: &MethodErrors) -> String {
-    let rows: Vec<_> = results
-        .iter()
-        .map(|(condition, errors)| {
-            let columns: serde_json::Map<String, serde_json::Value> = COLUMNS
-                .iter()
-                .enumerate()
-                .map(|(index, name)| {
-                    let values = column(errors, index);
-                    let [center, low, high] = interval(&values);
-                    let column = json!({"mean": center, "median": median(&values), "ci95": [low, high]});
-                    ((*name).to_owned(), column)
-                })
-                .collect();
-            json!({"name": condition.name(), "method": condition.method.name(), "errors": columns})
-        })
-        .collect();
-    format!("{}\n", json!({"seeds": [1, runs], "first_tuning_seed": FIRST_TUNING_SEED, "rows": rows}))
 }
 
 /// Mean and the ends of its 95 % interval.

@@ -7,14 +7,13 @@ mod inject;
 mod page;
 mod score;
 
-use crate::ensemble::{PartArgs, all_runs};
+use crate::ensemble::{PageArgs, PartArgs, all_runs};
 use crate::store::{Key, version};
 use anyhow::{Context as _, bail};
 use backseat_analysis::diagnose::log_kinds;
 use backseat_diagnose::log_models::{LogModelDiagnosis, dead_reckoning};
 use backseat_logs::log::plausibility::Examination;
 use backseat_logs::{Column, Log, VehicleFile, importers};
-use backseat_report::console;
 use inject::Injection;
 use score::{Base, Scored};
 use serde::{Deserialize, Serialize};
@@ -36,17 +35,13 @@ pub struct Args {
     /// Folder of recorded logs; those of five minutes and more that are diagnosed by dead reckoning from fix to fix are used
     #[arg(value_name = "DIR")]
     folder: PathBuf,
-    /// Write the page to this file as well (Markdown)
-    #[arg(long, value_name = "FILE")]
-    out: Option<PathBuf>,
+    #[command(flatten)]
+    page: PageArgs,
     /// Seed by which sizes, directions and onsets are drawn; left out: those listed in the source
     #[arg(long, value_name = "N")]
     seed: Option<u64>,
     #[command(flatten)]
     part: PartArgs,
-    /// Print one JSON object
-    #[arg(long)]
-    json: bool,
 }
 
 /// The injections into one log; the store wants an object.
@@ -101,11 +96,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let Some(done) = done else { return Ok(()) };
     let logs: Vec<(String, Done)> = jobs.into_iter().map(|((name, _), _)| name).zip(done).collect();
     let text = page::markdown(&logs, &refused, args.seed);
-    if let Some(path) = &args.out {
-        std::fs::write(path, &text).with_context(|| path.display().to_string())?;
-    }
-    let json = || format!("{}\n", page::json(&logs));
-    console::print(if args.json { json() } else { text }.as_bytes())
+    args.page.show(&text)
 }
 
 /// Files below a folder, in the order of their names.

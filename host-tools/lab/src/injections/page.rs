@@ -5,7 +5,6 @@ use super::score::Scored;
 use crate::intervals::Share;
 use crate::wrap::wrapped;
 use backseat_report::markdown::markdown_table;
-use serde_json::{Value, json};
 use std::fmt::Write as _;
 
 /// The page; `refused` are logs with what speaks against each.
@@ -119,9 +118,4 @@ fn list(title: &str, logs: &[(String, Done)], choose: impl Fn(&Scored) -> bool) 
         text += "None.\n";
     }
     text + "\n"
-}
-
-pub fn json(logs: &[(String, Done)]) -> Value {
-    let log = |(name, done): &(String, Done)| json!({"log": name, "as_recorded": done.base, "injections": done.scored});
-    json!({"logs": logs.iter().map(log).collect::<Vec<_>>()})
 }

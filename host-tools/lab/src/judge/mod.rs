@@ -14,7 +14,7 @@ pub mod numbers;
 mod page;
 mod watch;
 
-use crate::ensemble::{PartArgs, all_runs};
+use crate::ensemble::{PageArgs, PartArgs, all_runs};
 use crate::store::{Key, version};
 use anyhow::Context;
 use backseat_report::console;
@@ -41,17 +41,13 @@ pub struct Args {
     /// Write the scenarios here instead of flying them
     #[arg(long, value_name = "DIR")]
     scenarios: Option<PathBuf>,
-    /// Write the page to this file (Markdown)
-    #[arg(long, value_name = "FILE")]
-    out: Option<PathBuf>,
+    #[command(flatten)]
+    page: PageArgs,
     /// Write the diagram to this file (SVG)
     #[arg(long, value_name = "FILE")]
     picture: Option<PathBuf>,
     #[command(flatten)]
     part: PartArgs,
-    /// Print one JSON object
-    #[arg(long)]
-    json: bool,
 }
 
 /// Runs it.
@@ -72,12 +68,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     if let Some(path) = &args.picture {
         std::fs::write(path, page::picture(&judged)).with_context(|| path.display().to_string())?;
     }
-    let page = page::page(&judged, args);
-    if let Some(path) = &args.out {
-        std::fs::write(path, &page).with_context(|| path.display().to_string())?;
-    }
-    let text = if args.json { page::json(&judged, args.seed) } else { page };
-    console::print(text.as_bytes())
+    args.page.show(&page::page(&judged, args))
 }
 
 fn write(folder: &std::path::Path, flights: &[(Key, Drawn)]) -> anyhow::Result<()> {

@@ -7,7 +7,6 @@ use crate::wrap::wrapped;
 use backseat_logs::stats::{median, wilson_ci95};
 use backseat_report::markdown::markdown_table;
 use backseat_report::plots;
-use serde_json::json;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
@@ -168,27 +167,4 @@ fn row(name: &str, flights: &[&Judged]) -> Vec<String> {
         format!("{:.1}", middle(&level_over_error)),
         format!("{:.0} %", 100.0 * middle(&|flight| flight.tight)),
     ]
-}
-
-/// Everything, for scripts.
-pub fn json(judged: &[Judged], seed: u64) -> String {
-    let flights: Vec<_> = judged
-        .iter()
-        .zip(seed..)
-        .map(|(flight, seed)| {
-            let bound = |bound: &Bound| {
-                json!({
-                    "error_over_level": bound.ratio, "worst_error_m": bound.worst_m[0], "its_level_m": bound.worst_m[1],
-                    "worst_s": bound.worst_s, "beyond_s": bound.beyond_s, "level_m": bound.level_m,
-                    "level_p90_m": bound.level_p90_m, "error_p95_m": bound.error_p95_m,
-                })
-            };
-            json!({
-                "seed": seed, "classes": flight.classes, "hours": flight.hours, "horizontal": bound(&flight.horizontal),
-                "depth": bound(&flight.depth), "beyond_three_sigmas_s": flight.beyond_sigmas_s, "tight_share": flight.tight,
-                "too_deep_m": flight.too_deep_m, "digest": flight.digest,
-            })
-        })
-        .collect();
-    format!("{}\n", json!({ "flights": flights }))
 }

@@ -10,11 +10,9 @@ use crate::flights::fly_with;
 use crate::intervals::{Share, with_interval};
 use crate::store::{Key, version};
 use crate::wrap::wrapped;
-use anyhow::Context;
 use backseat_core::navigation::naming::Cause;
 use backseat_link::named::asked;
 use backseat_logs::stats::rms;
-use backseat_report::console;
 use backseat_report::markdown::markdown_table;
 use backseat_wire::hostlink::Question;
 use serde::{Deserialize, Serialize};
@@ -130,8 +128,5 @@ pub fn run(args: &Args, change: Change) -> anyhow::Result<()> {
          {table}\n\n{each}\n",
         args.seed
     ));
-    if let Some(path) = &args.out {
-        std::fs::write(path, &page).with_context(|| path.display().to_string())?;
-    }
-    console::print(page.as_bytes())
+    args.page.show(&page)
 }

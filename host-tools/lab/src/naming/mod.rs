@@ -10,12 +10,9 @@ mod known;
 mod page;
 mod using;
 
-use crate::ensemble::{PartArgs, all_runs};
+use crate::ensemble::{PageArgs, PartArgs, all_runs};
 use crate::store::{Key, version};
-use anyhow::Context;
-use backseat_report::console;
 use draw::{Drawn, drawn};
-use std::path::PathBuf;
 
 /// Options of the command.
 #[derive(clap::Args, Clone, Debug)]
@@ -35,14 +32,10 @@ pub struct Args {
     /// What is gained where the board flies manoeuvres to name this: each flight without and with them
     #[arg(long, requires = "using")]
     ask: bool,
-    /// Write the page to this file (Markdown)
-    #[arg(long, value_name = "FILE")]
-    out: Option<PathBuf>,
+    #[command(flatten)]
+    page: PageArgs,
     #[command(flatten)]
     part: PartArgs,
-    /// Print one JSON object
-    #[arg(long)]
-    json: bool,
 }
 
 /// Runs it.
@@ -59,10 +52,5 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let conditions = format!("{} min", args.minutes);
     let flown = all_runs("naming", &args.part, version("naming", &conditions)?, &flights, fly::fly)?;
     let Some(flown) = flown else { return Ok(()) };
-    let page = page::page(&flown, args);
-    if let Some(path) = &args.out {
-        std::fs::write(path, &page).with_context(|| path.display().to_string())?;
-    }
-    let text = if args.json { page::json(&flown, args.seed) } else { page };
-    console::print(text.as_bytes())
+    args.page.show(&page::page(&flown, args))
 }

@@ -8,7 +8,6 @@ use crate::intervals::Share;
 use backseat_core::effects::FIN_NAMES;
 use backseat_core::navigation::naming::Cause;
 use backseat_report::markdown::markdown_table;
-use serde_json::json;
 use std::fmt::Write as _;
 
 fn name(number: u8) -> String {
@@ -165,25 +164,4 @@ pub fn page(flown: &[NamedFlight], args: &Args) -> String {
     }
     let _ = writeln!(text, "{table}");
     text
-}
-
-/// The same as JSON.
-pub fn json(flown: &[NamedFlight], seed: u64) -> String {
-    let shares = Shares::of(flown);
-    let share = |share: Share| json!({ "hits": share.hits, "of": share.of });
-    let value = json!({
-        "seed": seed,
-        "significant": share(shares.significant),
-        "separable": share(shares.separable),
-        "separable_named_first": share(shares.named),
-        "named_first": share(shares.first),
-        "named_first_or_rival": share(shares.first_or_rival),
-        "size_in_interval": share(shares.sized),
-        "both_named": share(shares.both),
-        "false_causes": share(shares.clean),
-        "none_of_these": share(shares.none_of_these),
-        "outside_named": share(shares.outside_wrong),
-        "flights": flown,
-    });
-    format!("{value}\n")
 }

@@ -11,15 +11,13 @@ use crate::intervals::with_interval;
 use crate::judge::numbers::Draw;
 use crate::store::{Key, version};
 use crate::wrap::wrapped;
-use anyhow::{Context, anyhow};
+use anyhow::anyhow;
 use backseat_core::navigation::naming::Cause;
 use backseat_logs::stats::{median, percentile, rms};
-use backseat_report::console;
 use backseat_report::markdown::markdown_table;
 use backseat_wire::hostlink::{Naming, UsedFor};
 use hil_sim::scenario::{Effect, Scenario};
 use serde::{Deserialize, Serialize};
-use serde_json::json;
 
 /// What may be changed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
@@ -194,16 +192,7 @@ pub fn run(args: &Args, change: Change) -> anyhow::Result<()> {
         counted.len(),
         args.runs
     ));
-    if let Some(path) = &args.out {
-        std::fs::write(path, &page).with_context(|| path.display().to_string())?;
-    }
-    let text = if args.json {
-        let of = |(set, (name, _)): (&&[UsedFlight], (&str, f64))| (name.to_owned(), json!(set));
-        format!("{}\n", json!(sets.iter().zip(USES).map(of).collect::<serde_json::Map<_, _>>()))
-    } else {
-        page
-    };
-    console::print(text.as_bytes())
+    args.page.show(&page)
 }
 
 pub(super) fn name_of(change: Change) -> String {

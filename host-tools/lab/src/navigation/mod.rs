@@ -34,9 +34,6 @@ pub struct Args {
     /// Write the tables to this file as well (Markdown)
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
-    /// Print one JSON object
-    #[arg(long)]
-    json: bool,
 }
 
 /// Flies, filters and prints the tables.
@@ -45,7 +42,6 @@ pub struct Args {
 /// An unknown case; a flight or a filter that fails; a file that cannot be written.
 pub fn run(arguments: &Args) -> anyhow::Result<()> {
     let cases = selected(&arguments.cases)?;
-    arguments.ensemble.limit_jobs();
     let length = arguments.minutes.map_or(String::new(), |minutes| format!("{minutes} min"));
     let store: Store<MissionRun> = Store::open(arguments.part.store.as_deref(), version("navigation", &length)?)?;
     let seeds = arguments.ensemble.seeds();
@@ -61,11 +57,7 @@ pub fn run(arguments: &Args) -> anyhow::Result<()> {
     if let Some(path) = &arguments.out {
         std::fs::write(path, wrapped(&text)).with_context(|| path.display().to_string())?;
     }
-    if arguments.json {
-        println!("{}", table::json(&results));
-    } else {
-        print!("{text}");
-    }
+    print!("{text}");
     Ok(())
 }
 

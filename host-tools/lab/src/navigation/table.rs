@@ -4,9 +4,8 @@ use super::Args;
 use super::cases::MissionCase;
 use super::run::{EstimateScore, MissionRun};
 use crate::intervals::with_interval;
-use backseat_logs::stats::{mean, mean_ci95};
+use backseat_logs::stats::mean;
 use backseat_report::markdown::markdown_table;
-use serde_json::{Value, json};
 use std::fmt::Write as _;
 
 type Results<'a> = [(&'a MissionCase, Vec<(u64, MissionRun)>)];
@@ -135,27 +134,4 @@ pub fn markdown(arguments: &Args, results: &Results<'_>) -> String {
 fn capitalised(text: &str) -> String {
     let mut letters = text.chars();
     letters.next().map_or(String::new(), |first| first.to_uppercase().chain(letters).collect())
-}
-
-/// The same for programs.
-pub fn json(results: &Results<'_>) -> Value {
-    let cases = results.iter().map(|(case, runs)| {
-        let rows = rows(runs).into_iter().map(|row| {
-            let (median_m, p95_m) = (row.all(|m| m.median_m), row.all(|m| m.p95_m));
-            let (refused, all) = row.refused();
-            json!({
-                "name": row.name,
-                "runs": row.runs.len(),
-                "median_m": mean(&median_m), "median_ci95_m": mean_ci95(&median_m),
-                "p95_m": mean(&p95_m), "p95_ci95_m": mean_ci95(&p95_m),
-                "worst": row.worst().map(|(seed, m)| json!({"seed": seed, "median_m": m.median_m, "p95_m": m.p95_m})),
-                "drms_m": row.drms_m(), "anees": row.anees(),
-                "rms_over_drms": row.rms_over_drms(),
-                "refused": refused, "measurements": all,
-            })
-        });
-        let cut_short: Vec<&String> = runs.iter().flat_map(|(_, run)| &run.cut_short).collect();
-        json!({"name": case.name, "rows": rows.collect::<Vec<_>>(), "cut_short": cut_short})
-    });
-    json!({"cases": cases.collect::<Vec<_>>()})
 }

@@ -14,14 +14,13 @@ use backseat_report::markdown::markdown_table;
 use backseat_wire::ship_state;
 use hil_sim::rng::{Source, Stream};
 use hil_sim::scenario::Scenario;
-use serde_json::{Value, json};
 use std::fmt::Write as _;
 
 /// Command line.
 #[derive(clap::Args, Clone, Debug)]
 #[command(after_help = "Examples:
   cargo lab packet-navigation
-  cargo lab packet-navigation --seed 7 --minutes 60 --json")]
+  cargo lab packet-navigation --seed 7 --minutes 60")]
 pub struct Args {
     /// Seed of all randomness
     #[arg(long, value_name = "N", default_value_t = 1)]
@@ -29,9 +28,6 @@ pub struct Args {
     /// End after this simulated time
     #[arg(long, value_name = "MINUTES")]
     minutes: Option<f64>,
-    /// Print one JSON object
-    #[arg(long)]
-    json: bool,
 }
 
 /// Between the ship's fixes where they are rare, s: two packets to a fix.
@@ -103,12 +99,7 @@ pub fn run(arguments: &Args) -> anyhow::Result<()> {
         on(format!("every {RARE_FIX_S} s, {share:.0} % of the packets lost"), &rare, &lost)?,
     ];
     let flown = flight_score::backseat("as flown on the board", &flight);
-    let text = if arguments.json {
-        let value = json!({"seed": arguments.seed, "simulated_s": flight.simulated_s, "parts": to_json(&supplies)});
-        format!("{value}\n")
-    } else {
-        table(&supplies, flown.as_ref()) + &notes(arguments, &supplies, flight.simulated_s)
-    };
+    let text = table(&supplies, flown.as_ref()) + &notes(arguments, &supplies, flight.simulated_s);
     backseat_report::console::print(text.as_bytes())
 }
 
@@ -208,18 +199,4 @@ fn notes(arguments: &Args, supplies: &[Supply], simulated_s: f64) -> String {
              even from a perfect velocity): the packet-fed filter takes each such error for a new one and is overconfident; the\n\
              centralized filter takes it back by correlation when the next fix is known.\n";
     text
-}
-
-fn to_json(supplies: &[Supply]) -> Value {
-    let filter = |(name, score, bytes): (&str, &FilterScore, Option<usize>)| {
-        let FilterScore { error, drms_m } = score;
-        json!({
-            "name": name, "median_m": error.median_m, "p95_m": error.p95_m, "max_m": error.max_m, "rms_m": error.rms_m,
-            "drms_m": drms_m, "bytes_per_packet": bytes,
-        })
-    };
-    let parts = supplies
-        .iter()
-        .map(|supply| json!({"ship_fixes": supply.heading, "configurations": filters(supply).map(filter)}));
-    parts.collect()
 }

@@ -4,7 +4,6 @@ use super::item::{Column, Curves, Item};
 use super::studies::Measured;
 use crate::store::Store;
 use backseat_logs::stats::{median, percentile};
-use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
 
 /// Items with their finished runs.
@@ -112,59 +111,6 @@ impl ItemRuns<'_> {
         });
         lines.filter(|(_, points): &Curve| !points.is_empty()).collect()
     }
-
-    /// One JSON object.
-    pub fn json(&self) -> String {
-        let items: Vec<Value> = self.items.iter().map(|item| self.item_json(item)).collect();
-        let seeds = [1, self.runs];
-        let text = json!({
-            "version": env!("CARGO_PKG_VERSION"), "build": self.store.build(), "seeds": seeds,
-            "first_tuning_seed": super::FIRST_TUNING_SEED, "items": items,
-        });
-        format!("{text}\n")
-    }
-
-    fn item_json(&self, item: &Item) -> Value {
-        let table = self.table(item);
-        let rows: Vec<Value> = table
-            .rows
-            .iter()
-            .map(|(name, cells)| {
-                let cells: Map<String, Value> = item
-                    .columns
-                    .iter()
-                    .zip(cells)
-                    .map(|(column, cell)| (column.key.into(), cell.json(column)))
-                    .collect();
-                json!({"name": name, "columns": cells})
-            })
-            .collect();
-        let reported = |reported: &super::item::Reported| {
-            let values: Map<String, Value> =
-                item.columns.iter().zip(reported.values).map(|(c, value)| (c.key.to_owned(), json!(value))).collect();
-            json!({"name": reported.name, "columns": values})
-        };
-        let printed: Vec<Value> = item
-            .rows
-            .iter()
-            .filter_map(|row| {
-                let values = item.printed.of(row)?;
-                let values: Map<String, Value> = item
-                    .columns
-                    .iter()
-                    .zip(values)
-                    .map(|(column, value)| (column.key.to_owned(), json!(value)))
-                    .collect();
-                Some(json!({"name": row, "columns": values}))
-            })
-            .collect();
-        json!({
-            "id": item.id, "title": item.title, "thesis": item.thesis, "conditions": item.conditions,
-            "printed": printed,
-            "independent": item.independent.iter().map(reported).collect::<Vec<_>>(),
-            "runs": table.runs, "rows": rows, "differs": item.differs,
-        })
-    }
 }
 
 impl Cell {
@@ -178,13 +124,6 @@ impl Cell {
             holds: finite.iter().filter(|value| **value > 0.5).count(),
             runs: values.len(),
         }
-    }
-
-    fn json(&self, column: &Column) -> Value {
-        if column.is_claim {
-            return json!({"holds": self.holds, "runs": self.runs});
-        }
-        json!({"median": self.median, "interval95": [self.interval.0, self.interval.1], "runs": self.finite})
     }
 
     /// As it stands in a table: median and interval, or in how many runs a claim holds.

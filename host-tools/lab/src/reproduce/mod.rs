@@ -27,7 +27,7 @@ const EXAMPLES: &str = "\
 Examples:
   cargo lab reproduce --report out              everything, ten runs each; resumes if it was interrupted
   cargo lab reproduce table-4.15 --runs 20      one table
-  cargo lab reproduce figure-3.5 table-4.12 --json
+  cargo lab reproduce figure-3.5 table-4.12
 
 Every run is simulated anew from its seed: seeds 1 to N. With --report finished runs are kept in
 DIR/runs.jsonl, and the same command resumes there; Ctrl-C stops the runs under way and reports the finished ones.
@@ -54,9 +54,6 @@ pub struct Args {
     /// Write the tables to this file too, Markdown
     #[arg(long, value_name = "FILE.md")]
     markdown: Option<PathBuf>,
-    /// Print one JSON object instead of tables
-    #[arg(long)]
-    json: bool,
     /// Replace results that exist
     #[arg(long)]
     force: bool,
@@ -85,9 +82,8 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     if let Some(path) = &args.markdown {
         write(args, path, &markdown::page(&ensemble))?;
     }
-    let text = if args.json { ensemble.json() } else { text::tables(&ensemble, args.items.is_empty()) };
-    console::print(text.as_bytes())?;
-    if let Some(path) = page.filter(|_| !args.json) {
+    console::print(text::tables(&ensemble, args.items.is_empty()).as_bytes())?;
+    if let Some(path) = page {
         console::print(format!("\nreport   {}\n", path.display()).as_bytes())?;
     }
     if progressed == Progressed::Interrupted {

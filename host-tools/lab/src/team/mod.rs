@@ -8,10 +8,9 @@
 mod page;
 mod run;
 
-use crate::ensemble::{PartArgs, SeedArgs, all_runs};
+use crate::ensemble::{PageArgs, PartArgs, SeedArgs, all_runs};
 use crate::store::{Key, version};
 use anyhow::{Context, bail};
-use backseat_report::console;
 use run::{CASES, TeamCase};
 use std::path::PathBuf;
 
@@ -25,9 +24,8 @@ pub struct Args {
     cases: Vec<String>,
     #[command(flatten)]
     part: PartArgs,
-    /// Write the page to this file as well (Markdown)
-    #[arg(long, value_name = "FILE")]
-    out: Option<PathBuf>,
+    #[command(flatten)]
+    page: PageArgs,
     /// Write the picture to this file (SVG)
     #[arg(long, value_name = "FILE")]
     picture: Option<PathBuf>,
@@ -43,7 +41,6 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     }
     let is_asked = |case: &TeamCase| args.cases.is_empty() || args.cases.iter().any(|name| name == case.name);
     let cases: Vec<TeamCase> = CASES.into_iter().filter(is_asked).collect();
-    args.ensemble.limit_jobs();
     let all =
         args.ensemble.seeds().flat_map(|seed| cases.iter().map(move |case| ((case.name.to_owned(), seed), *case)));
     let jobs: Vec<(Key, TeamCase)> = all.collect();
@@ -56,9 +53,5 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     if let Some(path) = &args.picture {
         std::fs::write(path, page::picture(&flown)).with_context(|| path.display().to_string())?;
     }
-    let page = page::page(&flown, args);
-    if let Some(path) = &args.out {
-        std::fs::write(path, &page).with_context(|| path.display().to_string())?;
-    }
-    console::print(page.as_bytes())
+    args.page.show(&page::page(&flown, args))
 }

@@ -6,15 +6,12 @@
 mod page;
 mod score;
 
-use crate::ensemble::{PartArgs, all_runs};
+use crate::ensemble::{PageArgs, PartArgs, all_runs};
 use crate::store::{Key, version};
-use anyhow::Context as _;
 use backseat_analysis::read_log::ReadLog;
 use backseat_diagnose::torpedo;
-use backseat_report::console;
 use hil_sim::dataset::runs::{self, Wanted};
 use score::Twin;
-use std::path::PathBuf;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -34,9 +31,8 @@ pub struct Args {
     /// Runs of each of the two configurations
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u8).range(3..=20))]
     flown: u8,
-    /// Write the page to this file as well (Markdown)
-    #[arg(long, value_name = "FILE")]
-    out: Option<PathBuf>,
+    #[command(flatten)]
+    page: PageArgs,
     #[command(flatten)]
     part: PartArgs,
 }
@@ -59,11 +55,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
     else {
         return Ok(());
     };
-    let page = page::markdown(&twins, args.first_seed, flown);
-    if let Some(path) = &args.out {
-        std::fs::write(path, &page).with_context(|| path.display().to_string())?;
-    }
-    console::print(page.as_bytes())
+    args.page.show(&page::markdown(&twins, args.first_seed, flown))
 }
 
 fn twin(seed: u64, wanted: Wanted, flown: usize) -> anyhow::Result<Twin> {

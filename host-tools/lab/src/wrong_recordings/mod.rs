@@ -10,12 +10,10 @@ mod logs;
 mod page;
 mod recordings;
 
-use crate::ensemble::{PartArgs, all_runs};
+use crate::ensemble::{PageArgs, PartArgs, all_runs};
 use crate::store::{Key, version};
-use anyhow::Context as _;
 use backseat_logs::Log;
 use backseat_logs::log::plausibility::Examination;
-use backseat_report::console;
 use judge::{Judged, judge};
 use logs::{Base, Clean};
 use page::{Page, Row};
@@ -48,14 +46,10 @@ pub struct Args {
     /// Simulated logs that are recorded rightly
     #[arg(long, value_name = "N", default_value_t = 120)]
     clean: u64,
-    /// Write the page to this file as well (Markdown)
-    #[arg(long, value_name = "FILE")]
-    out: Option<PathBuf>,
+    #[command(flatten)]
+    page: PageArgs,
     #[command(flatten)]
     part: PartArgs,
-    /// Print one JSON object
-    #[arg(long)]
-    json: bool,
     /// Length of the simulated logs in which wrong recordings are made, s
     #[arg(skip = 1800.0)]
     seconds: f64,
@@ -132,11 +126,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         clean: clean.collect(),
         rows: bases.iter().zip(&done).filter_map(row).collect(),
     };
-    if let Some(path) = &args.out {
-        std::fs::write(path, page.markdown()).with_context(|| path.display().to_string())?;
-    }
-    let text = if args.json { format!("{}\n", page.json()) } else { page.markdown() };
-    console::print(text.as_bytes())
+    args.page.show(&page.markdown())
 }
 
 /// Every mistake made in one log.

@@ -4,7 +4,6 @@ use super::judge::{Judged, Verdict};
 use super::logs::Clean;
 use crate::wrap::wrapped;
 use backseat_report::markdown::markdown_table;
-use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
@@ -190,21 +189,5 @@ impl Page {
             let _ = writeln!(text, "- {}, as it is: {}", row.name, row.clean.join(" | "));
         }
         text + "\n"
-    }
-
-    pub fn json(&self) -> Value {
-        let row = |row: &Row| {
-            json!({
-                "log": row.name,
-                "held_out": row.is_held_out,
-                "accused_as_it_is": row.clean,
-                "judged": row.judged,
-            })
-        };
-        let clean = |(kind, seed, what, accused): &(Clean, u64, String, Vec<String>)| json!({"kind": self::kind(*kind), "seed": seed, "what": what, "accused": accused});
-        json!({
-            "logs": self.rows.iter().map(row).collect::<Vec<_>>(),
-            "clean": self.clean.iter().map(clean).collect::<Vec<_>>(),
-        })
     }
 }

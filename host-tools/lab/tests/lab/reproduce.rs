@@ -23,10 +23,10 @@ const CHEAP: &str = "least-squares-4.3.2.3";
 fn finished_runs_are_kept_and_give_the_same_bytes() {
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join("out").join(name);
-    let arguments = [CHEAP, "--runs", "2", "--report", "out", "--json"];
+    let arguments = [CHEAP, "--runs", "2", "--report", "out"];
     let first = reproduce(folder.path(), &arguments);
-    let json: serde_json::Value = serde_json::from_slice(ok(&first)).unwrap();
-    assert_eq!((&json["items"][0]["id"], &json["items"][0]["runs"]), (&CHEAP.into(), &2.into()));
+    let text = String::from_utf8_lossy(ok(&first));
+    assert!(text.contains(CHEAP) && text.contains("2, seeds 1 to 2"), "{text}");
     let kept = |name: &str| std::fs::read(path(name)).unwrap();
     let (runs, page) = (kept("runs.jsonl"), kept("report.html"));
     assert_eq!(runs.iter().filter(|byte| **byte == b'\n').count(), 2);

@@ -10,7 +10,6 @@ use crate::wrap::wrapped;
 use anyhow::Context;
 use backseat_logs::stats::median;
 use serde::{Deserialize, Serialize};
-use serde_json::{Value, json};
 use std::path::PathBuf;
 
 /// Command line.
@@ -40,9 +39,6 @@ pub struct Args {
     report: Option<PathBuf>,
     #[command(flatten)]
     part: PartArgs,
-    /// Print one JSON object on stdout.
-    #[arg(long)]
-    json: bool,
 }
 
 /// Seeds between one model's first and the next one's.
@@ -137,11 +133,7 @@ pub fn run(arguments: &Args) -> anyhow::Result<()> {
     if let Some(path) = &arguments.report {
         figures::page(path, arguments, &declared, &flights)?;
     }
-    if arguments.json {
-        println!("{}", to_json(arguments, &declared, &flights));
-    } else {
-        print!("{text}");
-    }
+    print!("{text}");
     Ok(())
 }
 
@@ -185,38 +177,4 @@ impl ConsistencyRow {
             bound,
         }
     }
-}
-
-fn to_json(arguments: &Args, declared: &[ConsistencyRow], flights: &[ConsistencyRow]) -> Value {
-    let inside = |all: &[Inside]| -> Value {
-        let one = |inside: &Inside| {
-            let [inside_share, below, above] = inside.shares;
-            let value = json!({
-                "mean": inside.mean, "degrees": inside.degrees, "band": [inside.band.low, inside.band.high],
-                "mean_band": inside.mean_band.map(|band| [band.low, band.high]),
-                "inside": inside_share, "below": below, "above": above,
-            });
-            (inside.name.clone(), value)
-        };
-        Value::Object(all.iter().map(one).collect())
-    };
-    let ratios = |compared: &AgainstBound, bound: usize| -> Value {
-        let one = |(quantity, (name, _)): (usize, &(&str, &str))| {
-            let ratio = compared.ratio(bound, quantity);
-            ((*name).to_owned(), json!({"median": ratio.median, "min": ratio.least, "max": ratio.greatest}))
-        };
-        Value::Object(QUANTITIES.iter().enumerate().map(one).collect())
-    };
-    let row = |row: &ConsistencyRow| {
-        json!({
-            "name": row.name, "anees": inside(&row.blocks), "anis": inside(&row.innovations), "rejected": row.rejected,
-            "rmse_over_track_bound": row.bound.as_ref().map(|bound| ratios(bound, 0)),
-            "rmse_over_ensemble_bound": row.bound.as_ref().map(|bound| ratios(bound, 1)),
-        })
-    };
-    json!({
-        "runs": arguments.runs, "first_seed": arguments.first_seed, "minutes": arguments.minutes,
-        "declared": declared.iter().map(row).collect::<Vec<_>>(),
-        "flights": flights.iter().map(row).collect::<Vec<_>>(),
-    })
 }
