@@ -40,7 +40,7 @@ Examples:
 Each run is a simulated log of half an hour with an undeclared effect, or two or three, or none, or one that is in
 no catalogue.
 Finished runs are kept in DIR/runs.jsonl (or in --store), and the same command resumes there. Ctrl-C stops the runs under way. The page,
-DIR/study.md and DIR/study.html, covers the finished runs.";
+DIR/study.md, covers the finished runs.";
 
 /// How often the right cause is found: verdicts over simulated logs of undeclared effects
 #[derive(clap::Args)]
@@ -95,11 +95,9 @@ fn finish(args: &Args) -> anyhow::Result<(String, Progressed)> {
     let runs: Vec<DiagnosedLog> = finished.map(|(seed, run)| DiagnosedLog { seed, ..run }).collect();
     let asked = seeds.clone().filter(|seed| args.wants(*seed)).count();
     let page = Page { study: Findings::new(&runs), runs: &runs, seeds, asked, classes: &args.class };
-    let (markdown, html) = (wrapped(&page.markdown()), page.html());
+    let markdown = wrapped(&page.markdown());
     // The page is made from the runs alone, so that it can be written again.
-    for (name, text) in [("study.md", &markdown), ("study.html", &html)] {
-        output::write(&args.out.join(name), Existing::Replace, |file| file.write_all(text.as_bytes()))?;
-    }
+    output::write(&args.out.join("study.md"), Existing::Replace, |file| file.write_all(markdown.as_bytes()))?;
     Ok((markdown, progressed))
 }
 

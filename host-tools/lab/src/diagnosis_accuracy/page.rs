@@ -1,10 +1,9 @@
-//! The page: Markdown and HTML.
+//! The page.
 
 use super::plan::Class;
 use super::run::DiagnosedLog;
 use super::sections::{Findings, Target};
 use backseat_report::markdown::markdown_table;
-use backseat_report::{Provenance, Report, Table};
 use clap::ValueEnum as _;
 use std::fmt::Write as _;
 
@@ -74,24 +73,6 @@ impl Page<'_> {
         }
         out
     }
-
-    pub fn html(&self) -> String {
-        let targets = self.study.targets();
-        let known = targets.iter().filter(|target| target.reached.is_some()).count();
-        let reached = targets.iter().filter(|target| target.reached == Some(true)).count();
-        let verdict = format!("{} runs: {reached} of {known} targets reached.", self.runs.len());
-        let mut report = Report::new("Undeclared effects: how often diagnose is right", verdict)
-            .text(&self.intro())
-            .table(table("Asked and reached", &TARGETS, &targets.iter().map(row).collect::<Vec<_>>()));
-        for section in self.study.sections() {
-            report = report.section(section.title).text(&section.text);
-            if !section.rows.is_empty() {
-                report = report.table(table(section.title, &section.header, &section.rows));
-            }
-        }
-        let command = self.command();
-        report.provenance(Provenance { command: &command, seed: None, version: super::VERSION }).html()
-    }
 }
 
 const TARGETS: [&str; 4] = ["", "asked", "found", "reached"];
@@ -109,8 +90,4 @@ fn grid(out: &mut String, header: &[&str], rows: &[Vec<String>]) {
     let mut table = markdown_table(header.iter().copied());
     table.add_rows(rows.iter().map(|row| row.iter().map(|cell| cell.replace("|n|", "\\|n\\|"))));
     let _ = writeln!(out, "{table}");
-}
-
-fn table(caption: &str, header: &[&str], rows: &[Vec<String>]) -> Table {
-    rows.iter().fold(Table::new(caption, header), |table, row| table.row(row.iter().map(String::as_str)))
 }

@@ -1,10 +1,7 @@
-//! Figures: normalised errors over time with their band, errors beside their bounds.
+//! The figure: normalised errors over time with their band.
 
-use super::{Args, ConsistencyRow, QUANTITIES};
-use anyhow::Context;
-use backseat_report::plots::{ErrorPlot, Point, Scale, TimePlot, error_vs_time, time_series};
-use backseat_report::{Provenance, Report};
-use std::path::Path;
+use super::ConsistencyRow;
+use backseat_report::plots::{Point, TimePlot, time_series};
 
 /// Averages over so many seconds are drawn as one point.
 const AVERAGED_S: usize = 10;
@@ -37,53 +34,4 @@ pub(super) fn normalised(rows: &[ConsistencyRow]) -> String {
         series: &series,
         band: Some(("95 % of a consistent filter", &band)),
     })
-}
-
-/// Errors and both bounds of one quantity.
-fn bounded(row: &ConsistencyRow, quantity: usize) -> Option<String> {
-    let compared = row.bound.as_ref()?;
-    let line = |values: &[[f64; 3]]| -> Vec<Point> {
-        values.iter().enumerate().map(|(second, value)| (hours(second as f64), value[quantity])).collect()
-    };
-    let (errors, track, ensemble) = (line(&compared.errors), line(&compared.bounds[0]), line(&compared.bounds[1]));
-    let (name, unit) = QUANTITIES[quantity];
-    Some(error_vs_time(&ErrorPlot {
-        y_label: &format!("{name} [{unit}]"),
-        series: &[
-            ("RMSE over the runs", &errors),
-            ("bound along each track", &track),
-            ("bound of the ensemble", &ensemble),
-        ],
-        bound: None,
-        scale: Scale::Log,
-    }))
-}
-
-/// The page.
-pub(super) fn page(
-    path: &Path,
-    arguments: &Args,
-    declared: &[ConsistencyRow],
-    flights: &[ConsistencyRow],
-) -> anyhow::Result<()> {
-    let verdict = format!("{} flights of each model against the filter's own covariance.", arguments.runs);
-    let mut report = Report::new("Does the filter know how wrong it is?", verdict)
-        .figure("Worlds that behave as declared: ANEES of the vehicle's twelve states.", normalised(declared))
-        .figure("Real flights: the same.", normalised(flights));
-    for row in declared {
-        for quantity in 0..QUANTITIES.len() {
-            if let Some(figure) = bounded(row, quantity) {
-                report = report.figure(&format!("{}: error and posterior Cramér-Rao bound.", row.name), figure);
-            }
-        }
-    }
-    let command: Vec<String> = std::env::args().skip(1).collect();
-    report
-        .provenance(Provenance {
-            command: &format!("cargo lab {}", command.join(" ")),
-            seed: Some(arguments.first_seed),
-            version: env!("CARGO_PKG_VERSION"),
-        })
-        .write(path)
-        .with_context(|| path.display().to_string())
 }

@@ -17,7 +17,7 @@ use std::path::PathBuf;
 #[command(after_help = "Examples:
   cargo lab consistency
   cargo lab consistency --runs 20 --minutes 5
-  cargo lab consistency --out docs/results/consistency.md --plot docs/results/consistency.svg --report consistency.html")]
+  cargo lab consistency --out docs/results/consistency.md --plot docs/results/consistency.svg")]
 pub struct Args {
     /// Seeded flights of each model.
     #[arg(long, default_value_t = 100, value_parser = clap::value_parser!(u64).range(2..=10_000))]
@@ -34,9 +34,6 @@ pub struct Args {
     /// Write a figure of the normalised errors over time.
     #[arg(long, value_name = "FILE.svg")]
     plot: Option<PathBuf>,
-    /// Write a page with all figures; never over an earlier one.
-    #[arg(long, value_name = "FILE.html")]
-    report: Option<PathBuf>,
     #[command(flatten)]
     part: PartArgs,
 }
@@ -129,9 +126,6 @@ pub fn run(arguments: &Args) -> anyhow::Result<()> {
     }
     if let Some(path) = &arguments.plot {
         std::fs::write(path, figures::normalised(&declared)).with_context(|| path.display().to_string())?;
-    }
-    if let Some(path) = &arguments.report {
-        figures::page(path, arguments, &declared, &flights)?;
     }
     print!("{text}");
     Ok(())
