@@ -17,7 +17,6 @@ mod intervals;
 mod judge;
 mod naming;
 pub mod navigation;
-pub mod packet_navigation;
 mod partial;
 pub mod reproduce;
 mod results;
@@ -84,8 +83,6 @@ enum LabCommand {
     #[command(after_help = "Example:
   cargo lab geometry --runs 5 --out docs/results/geometry.md")]
     Geometry(geometry::Args),
-    /// What it costs to know the ship from its packets alone: packet-fed and centralized filter on one flight
-    PacketNavigation(packet_navigation::Args),
     /// Is the filter's covariance right: normalised errors and innovations, and the Cramér-Rao bound, over an ensemble
     Consistency(consistency::Args),
     /// How often `diagnose` finds the right cause: verdicts over simulated logs of undeclared effects
@@ -154,7 +151,6 @@ impl Lab {
             LabCommand::Team(arguments) => team::run(arguments),
             LabCommand::Navigation(arguments) => navigation::run(arguments),
             LabCommand::Geometry(arguments) => geometry::run(arguments),
-            LabCommand::PacketNavigation(arguments) => packet_navigation::run(arguments),
             LabCommand::Consistency(arguments) => consistency::run_command(arguments),
             LabCommand::DiagnosisAccuracy(arguments) => diagnosis_accuracy::run(arguments),
             LabCommand::Identification(arguments) => arguments.run(),

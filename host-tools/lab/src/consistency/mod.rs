@@ -12,7 +12,7 @@
 //! case         worlds and filters: models, priors, effects
 //! declared     the world that behaves as declared       motion   its equations, and their coordinates for the bound
 //! ensemble     runs of filter and world, NEES and NIS   bound    Tichavský's recursion
-//! statistics   averages over the runs, chi_square bands  survey   the same for real flights
+//! statistics   averages over the runs, chi_square bands  survey   the same for real flights, packets  their ship
 //! ```
 
 mod block;
@@ -23,6 +23,7 @@ mod command;
 mod declared;
 mod ensemble;
 mod motion;
+mod packets;
 mod statistics;
 mod survey;
 

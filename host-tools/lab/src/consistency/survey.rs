@@ -6,7 +6,8 @@
 
 use super::block::Block;
 use super::ensemble::{Ensemble, ErrorSample, FilteredRun, SHIP_IN_PACKETS, add_square, squares, whole_second};
-use crate::{flights, packet_navigation};
+use super::packets;
+use crate::flights;
 use backseat_core::navigation::{Navigator, ProcessModel, nees_position};
 use backseat_core::state::VehicleState;
 use backseat_estimation::filter::{self, FilterOptions};
@@ -120,10 +121,10 @@ fn on_board(scenario: &Scenario, flight: &FlightLog) -> FilteredRun {
         add_square(&mut run.squares, record.sensor, record.axis, record.innovation.powi(2) / record.variance);
     }
     let (log, ship) = (&flight.log, &scenario.settings.ship);
-    let launches = packet_navigation::packets(log);
-    let reports = packet_navigation::reports(log, &launches, ship, scenario.vehicle.sensors.ship_gnss_m);
-    for (report, launch) in reports.iter().zip(&launches) {
-        let sample = flight.samples.binary_search_by_key(&launch.launch_us, |sample| sample.truth.time_us);
+    let launches_us = packets::launches(log);
+    let reports = packets::reports(log, &launches_us, ship, scenario.vehicle.sensors.ship_gnss_m);
+    for (report, launch_us) in reports.iter().zip(&launches_us) {
+        let sample = flight.samples.binary_search_by_key(launch_us, |sample| sample.truth.time_us);
         let (Some(report), Ok(place)) = (report, sample) else { continue };
         let [north, east] = flight.samples[place].ship.position_m;
         let squared = (report.position_m[0] - north).powi(2) + (report.position_m[1] - east).powi(2);

@@ -3,5 +3,4 @@
 mod consistency;
 mod faults;
 mod identification;
-mod packets;
 mod reproduce;
