@@ -13,6 +13,7 @@ mod foxglove;
 mod hint;
 mod identify;
 mod info;
+mod live;
 mod log_input;
 mod map;
 mod mission;

@@ -42,11 +42,6 @@ impl PortName {
     pub fn path(&self) -> &str {
         &self.path
     }
-
-    /// The same device at another rate.
-    pub fn with_baud(&self, baud: u32) -> Self {
-        Self { path: self.path.clone(), baud }
-    }
 }
 
 impl FromStr for PortName {

@@ -16,8 +16,9 @@ use crate::board::KeySource;
 use crate::decode::{self, Decoding, EventKind, Found, What};
 use crate::export::decode_log;
 use crate::foxglove::Topics;
+use crate::live::Course;
 use crate::monitor::{Link, Model, News};
-use anyhow::{Context, anyhow, ensure};
+use anyhow::{anyhow, ensure};
 use backseat_app::LocalFrame;
 use backseat_app::parameters::Settings;
 use backseat_link::board::PortName;
@@ -32,8 +33,6 @@ use std::fmt;
 use std::net::{IpAddr, SocketAddr};
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::Receiver;
 use std::time::{Duration, Instant, SystemTime};
 
@@ -98,7 +97,7 @@ pub struct Args {
     #[arg(long, value_name = "HZ")]
     rate: Option<Rate>,
     /// End after this time
-    #[arg(long = "for", value_name = "SECONDS", value_parser = crate::monitor::seconds)]
+    #[arg(long = "for", value_name = "SECONDS", value_parser = crate::live::seconds)]
     time: Option<Duration>,
     /// Print the counts at the end as JSON
     #[arg(long)]
@@ -291,19 +290,12 @@ fn now() -> Duration {
 }
 
 /// How far the bridge has come.
-struct Course {
-    begun: Instant,
-    time: Option<Duration>,
-    stop: Arc<AtomicBool>,
+struct Bridging {
+    course: Course,
     records: u64,
 }
 
-impl Course {
-    /// Ctrl-C, or the time is over.
-    fn is_over(&self) -> bool {
-        self.stop.load(Ordering::Relaxed) || self.time.is_some_and(|time| self.begun.elapsed() >= time)
-    }
-
+impl Bridging {
     /// Hands what an entry says to all sides.
     fn pass(
         &mut self,
@@ -326,27 +318,24 @@ impl Course {
 
 /// Bridges until Ctrl-C, the time or the session is over.
 pub fn run(args: &Args) -> anyhow::Result<()> {
-    let stop = Arc::new(AtomicBool::new(false));
-    let flag = Arc::clone(&stop);
-    ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed)).context("signal handler")?;
+    let mut bridging = Bridging { course: Course::stoppable(args.time)?, records: 0 };
     if args.ros2.is_some() {
         ros2::limit_memory()?;
     }
-    let mut course = Course { begun: Instant::now(), time: args.time, stop, records: 0 };
     let session = Path::new(args.port.path());
-    let sides = if session.is_file() { play(args, session, &mut course)? } else { live(args, &mut course)? };
-    say(args, course.records, &sides)
+    let sides = if session.is_file() { play(args, session, &mut bridging)? } else { live(args, &mut bridging)? };
+    say(args, bridging.records, &sides)
 }
 
 /// What a board says.
-fn live(args: &Args, course: &mut Course) -> anyhow::Result<Sides> {
+fn live(args: &Args, bridging: &mut Bridging) -> anyhow::Result<Sides> {
     let mut link = Link::open(&args.port)?;
     let mut sides = Sides::open(args, link.shared())?;
     eprintln!("bridge: other commands: {}", link.shared());
     let mut model = Model::new();
     let mut decoding = Decoding::new(None);
-    while !course.is_over() {
-        let now_us = u64::try_from(course.begun.elapsed().as_micros()).unwrap_or(u64::MAX);
+    while !bridging.course.is_over() {
+        let now_us = bridging.course.now_us();
         let mut bytes = Vec::new();
         let heard = link.poll(now_us, &mut bytes);
         let arrived = Instant::now();
@@ -364,7 +353,7 @@ fn live(args: &Args, course: &mut Course) -> anyhow::Result<Sides> {
         }
         let setting = model.settings().unwrap_or_else(|| decoding.settings()).into();
         let entry = Entry { time_us: model.board_us(now_us), event: Event::Sent { port: Port::Host, bytes } };
-        course.pass(&mut decoding, &entry, setting, arrived, &mut sides)?;
+        bridging.pass(&mut decoding, &entry, setting, arrived, &mut sides)?;
         sides.attend(now().as_secs_f64());
         std::thread::sleep(POLL);
     }
@@ -372,21 +361,22 @@ fn live(args: &Args, course: &mut Course) -> anyhow::Result<Sides> {
 }
 
 /// What a session holds, as fast as it was recorded.
-fn play(args: &Args, session: &Path, course: &mut Course) -> anyhow::Result<Sides> {
+fn play(args: &Args, session: &Path, bridging: &mut Bridging) -> anyhow::Result<Sides> {
     ensure!(!args.accept, "--accept: {}: a session takes no missions", session.display());
     let mut sides = Sides::open(args, "")?;
-    course.begun = Instant::now();
+    bridging.course.restart();
     let mut first_us = None;
     decode_log(session, "bridge", |entry, decoding| {
         let due = Duration::from_micros(entry.time_us.saturating_sub(*first_us.get_or_insert(entry.time_us)));
-        while !course.is_over() && course.begun.elapsed() < due {
-            std::thread::sleep(POLL.min(due.saturating_sub(course.begun.elapsed())));
+        let course = &bridging.course;
+        while !course.is_over() && course.elapsed() < due {
+            std::thread::sleep(POLL.min(due.saturating_sub(course.elapsed())));
         }
         if course.is_over() {
             return Ok(()); // what is left is read and not published
         }
         let setting = decoding.settings().into();
-        course.pass(decoding, entry, setting, Instant::now(), &mut sides)
+        bridging.pass(decoding, entry, setting, Instant::now(), &mut sides)
     })?;
     Ok(sides)
 }

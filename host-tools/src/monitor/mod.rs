@@ -10,13 +10,10 @@ pub use link::{Link, News};
 pub use model::Severity;
 pub use model::{Model, words};
 
-use anyhow::{Context, bail};
+use crate::live::{Course, needs_terminal, print_line, seconds};
 use backseat_link::board::PortName;
 use ratatui::DefaultTerminal;
 use ratatui::crossterm::event::{self, Event};
-use std::io::{ErrorKind, IsTerminal, Write};
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, channel};
 use std::time::{Duration, Instant};
 use view::{Action, View};
@@ -24,7 +21,7 @@ use view::{Action, View};
 const EXAMPLES: &str = "\
 Examples:
   backseat monitor /dev/ttyACM0
-  backseat monitor /dev/ttyUSB0 --baud 921600
+  backseat monitor /dev/ttyUSB0:921600
   backseat monitor /dev/ttyACM0 --json --for 60 > minute.jsonl
 
 PORT is the board's host port, with :BAUD behind it where that is not 115200. The view asks the board for its counters,
@@ -46,9 +43,6 @@ const SECOND_US: u64 = 1_000_000;
 pub struct Args {
     /// Serial device of the board's host port, PATH or PATH:BAUD
     port: PortName,
-    /// Baud rate of the port
-    #[arg(long, value_name = "RATE", value_parser = clap::value_parser!(u32).range(1..))]
-    baud: Option<u32>,
     /// Print one JSON object a second, of one line each, instead of the view
     #[arg(long)]
     json: bool,
@@ -57,35 +51,18 @@ pub struct Args {
     time: Option<Duration>,
 }
 
-/// A time span of an option.
-pub fn seconds(text: &str) -> Result<Duration, String> {
-    let seconds: f64 = text.parse().map_err(|_| format!("{text}: expected a number of seconds"))?;
-    Duration::try_from_secs_f64(seconds).map_err(|_| format!("{text}: expected a positive number of seconds"))
-}
-
 /// Board, clock and when to end.
 struct Watch {
     link: Link,
     model: Model,
-    begun: Instant,
-    time: Option<Duration>,
-    /// Ctrl-C outside the view, SIGTERM, SIGHUP.
-    stop: Arc<AtomicBool>,
+    course: Course,
     received: Vec<u8>,
 }
 
 impl Watch {
-    fn now_us(&self) -> u64 {
-        u64::try_from(self.begun.elapsed().as_micros()).unwrap_or(u64::MAX)
-    }
-
-    fn is_over(&self) -> bool {
-        self.stop.load(Ordering::Relaxed) || self.time.is_some_and(|time| self.begun.elapsed() >= time)
-    }
-
     /// Hears and asks.
     fn poll(&mut self) {
-        let now_us = self.now_us();
+        let now_us = self.course.now_us();
         let Self { link, model, received, .. } = self;
         received.clear();
         let heard = link.poll(now_us, received);
@@ -103,40 +80,30 @@ impl Watch {
 
 /// Watches until q, Ctrl-C or the time is over.
 pub fn run(args: &Args) -> anyhow::Result<()> {
-    let on_terminal = std::io::stdout().is_terminal() && std::io::stdin().is_terminal();
-    if !args.json && !on_terminal {
-        bail!("the view needs a terminal; use --json to write to a file or a pipe");
-    }
-    let name = args.baud.map_or_else(|| args.port.clone(), |baud| args.port.with_baud(baud));
-    let link = Link::open(&name)?;
-    let stop = Arc::new(AtomicBool::new(false));
-    let flag = Arc::clone(&stop);
-    ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed)).context("signal handler")?;
-    let begun = Instant::now();
+    needs_terminal(args.json)?;
+    let link = Link::open(&args.port)?;
     let mut model = Model::new();
     model.shared(link.shared());
-    let mut watch = Watch { link, model, begun, time: args.time, stop, received: Vec::new() };
+    let mut watch = Watch { link, model, course: Course::stoppable(args.time)?, received: Vec::new() };
     if args.json {
         return print(&mut watch);
     }
     // Restores the terminal however the closure ends, panics included.
-    ratatui::run(|terminal| show(terminal, &mut watch, View::new(name.to_string())))
+    ratatui::run(|terminal| show(terminal, &mut watch, View::new(args.port.to_string())))
 }
 
 fn print(watch: &mut Watch) -> anyhow::Result<()> {
     let (mut due_us, mut seen) = (SECOND_US, 0);
-    while !watch.is_over() {
+    while !watch.course.is_over() {
         std::thread::sleep(POLL);
         watch.poll();
-        let now_us = watch.now_us();
+        let now_us = watch.course.now_us();
         if now_us >= due_us {
             due_us += SECOND_US;
             let (object, count) = json::object(&watch.model, now_us, seen);
             seen = count;
-            // a reader that has gone (`| head`) has seen enough
-            match writeln!(std::io::stdout(), "{object}") {
-                Err(error) if error.kind() == ErrorKind::BrokenPipe => return Ok(()),
-                written => written?,
+            if !print_line(&object)? {
+                return Ok(());
             }
         }
     }
@@ -146,7 +113,7 @@ fn print(watch: &mut Watch) -> anyhow::Result<()> {
 fn show(terminal: &mut DefaultTerminal, watch: &mut Watch, mut view: View) -> anyhow::Result<()> {
     let events = events();
     let mut drawn: Option<Instant> = None;
-    while !watch.is_over() {
+    while !watch.course.is_over() {
         watch.poll();
         let mut redraw = drawn.is_none_or(|drawn| drawn.elapsed() >= DRAW);
         while let Ok(event) = events.recv_timeout(if redraw { Duration::ZERO } else { POLL }) {
@@ -160,7 +127,7 @@ fn show(terminal: &mut DefaultTerminal, watch: &mut Watch, mut view: View) -> an
             }
         }
         if redraw {
-            let now_us = watch.now_us();
+            let now_us = watch.course.now_us();
             terminal.draw(|frame| view.draw(frame, &watch.model, now_us))?;
             drawn = Some(Instant::now());
         }

@@ -3,6 +3,7 @@
 mod inquiry;
 mod line;
 
+use crate::live::Course;
 use anyhow::{Context, bail};
 use backseat_logs::DataError;
 use backseat_logs::output::Existing;
@@ -16,7 +17,7 @@ use line::{LineEvent, LineReport};
 use serde_json::{Map, Value, json};
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::Ordering;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant, SystemTime};
@@ -99,10 +100,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
             bail!("{}: this port is named twice", source.port.name());
         }
     }
-    let stop = Arc::new(AtomicBool::new(false));
-    let flag = Arc::clone(&stop);
-    ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed)).context("Ctrl-C handler")?;
-
+    let course = Course::stoppable(limit)?;
     let devices: Vec<_> = args.ports.iter().map(NamedDevice::open).collect::<anyhow::Result<_>>()?;
     let mut meta = Meta::new(concat!("backseat ", env!("CARGO_PKG_VERSION")), Clock::Host);
     for source in &args.ports {
@@ -115,11 +113,11 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let threads: Vec<JoinHandle<()>> = devices
         .into_iter()
         .enumerate()
-        .map(|(line, device)| args.ports[line].clone().listen(line, device, to.clone(), Arc::clone(&stop)))
+        .map(|(line, device)| args.ports[line].clone().listen(line, device, to.clone(), Arc::clone(&course.stop)))
         .collect();
     let mut recording = Recording::new(writer, &args.ports);
-    let outcome = recording.record(&reports, &stop, limit);
-    stop.store(true, Ordering::Relaxed);
+    let outcome = recording.record(&reports, &course);
+    course.stop.store(true, Ordering::Relaxed);
     threads.into_iter().for_each(|thread| {
         let _ = thread.join(); // a panic has been printed
     });
@@ -159,19 +157,11 @@ impl Recording {
         self.writer.write(&Entry { time_us, event })
     }
 
-    fn record(
-        &mut self,
-        reports: &Receiver<LineReport>,
-        stop: &AtomicBool,
-        limit: Option<Duration>,
-    ) -> Result<End, DataError> {
+    fn record(&mut self, reports: &Receiver<LineReport>, course: &Course) -> Result<End, DataError> {
         let mut shown = Instant::now();
         loop {
-            if stop.load(Ordering::Relaxed) {
-                return Ok(End::Interrupted);
-            }
-            if limit.is_some_and(|limit| self.began.elapsed() >= limit) {
-                return Ok(End::Time);
+            if course.is_over() {
+                return Ok(if course.is_stopped() { End::Interrupted } else { End::Time });
             }
             match reports.recv_timeout(TICK) {
                 Ok(report) => self.take(report)?,

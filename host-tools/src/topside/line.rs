@@ -16,7 +16,6 @@ pub struct SerialLine {
     pub name: PortName,
     device: Option<TTYPort>,
     tried: Instant,
-    pub interruptions: u32,
 }
 
 impl SerialLine {
@@ -25,7 +24,7 @@ impl SerialLine {
         let name = PortName::parse(text, default_baud).map_err(|why| anyhow!("ports.{what}: {text}: {why}"))?;
         let device =
             name.open(PATIENCE).with_context(|| format!("ports.{what}: {name} cannot be opened as a serial port"))?;
-        Ok(Self { name, device: Some(device), tried: Instant::now(), interruptions: 0 })
+        Ok(Self { name, device: Some(device), tried: Instant::now() })
     }
 
     /// Whether it is there.
@@ -84,7 +83,6 @@ impl SerialLine {
     fn lose(&mut self, why: &str) -> String {
         self.device = None;
         self.tried = Instant::now();
-        self.interruptions += 1;
         format!("{}: lost ({why}); waiting for it", self.name)
     }
 }

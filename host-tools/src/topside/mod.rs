@@ -9,8 +9,9 @@ mod view;
 
 pub use simulated::{Simulated, run_simulated};
 
+use crate::live::{Course, needs_terminal, print_line};
 use abort::Prompt;
-use anyhow::{Context, bail};
+use anyhow::Context;
 use backseat_analysis::topside_config::{self as config, Vehicle};
 use backseat_logs::output::Existing;
 use backseat_logs::session::{Attachment, Clock, Meta, Writer};
@@ -20,10 +21,7 @@ use line::SerialLine;
 use model::Model;
 use ratatui::DefaultTerminal;
 use ratatui::crossterm::event::{self, Event, KeyCode, KeyModifiers};
-use std::io::{ErrorKind, IsTerminal, Write};
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 const EXAMPLES: &str = "\
@@ -84,12 +82,10 @@ struct Session {
     gnss: SerialLine,
     modem: SerialLine,
     log: Option<Writer>,
-    begun: Instant,
+    course: Course,
     next_step_us: u64,
     next_second_us: u64,
     events: Vec<serde_json::Value>,
-    limit: Option<Duration>,
-    stop: Arc<AtomicBool>,
 }
 
 /// Sends and hears until q, Ctrl-C or the time is over.
@@ -104,17 +100,13 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     if args.check {
         return check(&topside, &read.vehicles, args.json);
     }
-    let on_terminal = std::io::stdout().is_terminal() && std::io::stdin().is_terminal();
-    if !args.json && !on_terminal {
-        bail!("the view needs a terminal; use --json to write to a file or a pipe");
-    }
+    needs_terminal(args.json)?;
     if let Some(vehicle) = &args.abort {
         abort::order(&mut topside, &read.vehicles, vehicle, args.yes)?;
     }
     let existing = if args.force { Existing::Replace } else { Existing::Keep };
-    let mut session = Session::new(topside, read, args.log.as_deref().map(|path| (path, existing)), limit)?;
-    let flag = Arc::clone(&session.stop);
-    ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed)).context("signal handler")?;
+    let log = args.log.as_deref().map(|path| (path, existing));
+    let mut session = Session::new(topside, read, log, Course::stoppable(limit)?)?;
     let outcome = if args.json { print(&mut session) } else { ratatui::run(|terminal| show(terminal, &mut session)) };
     let closed = session.log.map_or(Ok(()), Writer::finish);
     outcome.and(closed.map_err(Into::into))
@@ -156,7 +148,7 @@ impl Session {
         topside: Topside,
         read: config::Read,
         log: Option<(&Path, Existing)>,
-        limit: Option<Duration>,
+        course: Course,
     ) -> anyhow::Result<Self> {
         let gnss = SerialLine::open(GNSS, &read.ports.gnss, 4800)?;
         let modem = SerialLine::open(MODEM, &read.ports.modem, 19_200)?;
@@ -179,21 +171,11 @@ impl Session {
             gnss,
             modem,
             log: log.transpose()?,
-            begun: Instant::now(),
+            course,
             next_step_us: 0,
             next_second_us: 0,
             events: Vec::new(),
-            limit,
-            stop: Arc::new(AtomicBool::new(false)),
         })
-    }
-
-    fn now_us(&self) -> u64 {
-        u64::try_from(self.begun.elapsed().as_micros()).unwrap_or(u64::MAX)
-    }
-
-    fn is_over(&self) -> bool {
-        self.stop.load(Ordering::Relaxed) || self.limit.is_some_and(|limit| self.begun.elapsed() >= limit)
     }
 
     /// Time in the log: UTC where it is known, else since the start.
@@ -206,7 +188,7 @@ impl Session {
         for port in Port::ALL {
             let line = if port == Port::Gnss { &mut self.gnss } else { &mut self.modem };
             let polled = line.poll();
-            let now_us = self.now_us();
+            let now_us = self.course.now_us();
             match polled {
                 Ok(bytes) if bytes.is_empty() => {}
                 Ok(bytes) => self.hear(port, now_us, &bytes)?,
@@ -216,7 +198,7 @@ impl Session {
         let lost = [(&self.gnss, GNSS), (&self.modem, MODEM)];
         self.model
             .set_lost(lost.iter().filter(|(line, _)| !line.is_open()).map(|(_, name)| (*name).to_owned()).collect());
-        Ok(self.act(self.now_us())?.second)
+        Ok(self.act(self.course.now_us())?.second)
     }
 
     /// Bytes have come, the last of them at `time_us`.
@@ -254,7 +236,7 @@ impl Session {
 
     fn press(&mut self, prompt: &mut Prompt, key: char) {
         if let Some(text) = prompt.key(key, &mut self.topside, &self.vehicles) {
-            let now_us = self.now_us();
+            let now_us = self.course.now_us();
             self.model.note(&self.topside, now_us, true, text);
         }
     }
@@ -282,28 +264,20 @@ impl Session {
 }
 
 fn print(session: &mut Session) -> anyhow::Result<()> {
-    while !session.is_over() {
+    while !session.course.is_over() {
         std::thread::sleep(POLL);
         let Some(object) = session.poll()? else { continue };
-        if !say(&object)? {
+        if !print_line(&object)? {
             return Ok(());
         }
     }
     Ok(())
 }
 
-/// Prints a line; false when its reader has gone (`| head`), and so has seen enough.
-fn say(object: &serde_json::Value) -> anyhow::Result<bool> {
-    match writeln!(std::io::stdout(), "{object}") {
-        Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(false),
-        written => Ok(written.map(|()| true)?),
-    }
-}
-
 fn show(terminal: &mut DefaultTerminal, session: &mut Session) -> anyhow::Result<()> {
     let mut drawn: Option<Instant> = None;
     let mut prompt = Prompt::default();
-    while !session.is_over() {
+    while !session.course.is_over() {
         session.poll()?;
         if event::poll(POLL)?
             && let Event::Key(key) = event::read()?
@@ -317,7 +291,7 @@ fn show(terminal: &mut DefaultTerminal, session: &mut Session) -> anyhow::Result
             }
         }
         if drawn.is_none_or(|drawn| drawn.elapsed() >= DRAW) {
-            let now_us = session.now_us();
+            let now_us = session.course.now_us();
             let Session { topside, model, vehicles, .. } = session;
             terminal.draw(|frame| view::draw(frame, topside, model, vehicles, prompt, now_us))?;
             drawn = Some(Instant::now());

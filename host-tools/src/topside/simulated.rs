@@ -1,7 +1,8 @@
 //! Topside at the other end of a simulator: a third line, the host link, brings the key and, in lock-step, the clock.
 
 use super::line::SerialLine;
-use super::{Acted, POLL, Session, config, say};
+use super::{Acted, POLL, Session, config};
+use crate::live::{Course, print_line};
 use anyhow::{Context, anyhow, bail};
 use backseat_topside::{Port, Topside};
 use backseat_wire::hostlink::{self, Decoder, FromBoard, ImageId, MAX_FRAME, Refusal, Step, StepDone, ToBoard, encode};
@@ -102,13 +103,13 @@ pub fn run_simulated(args: &Simulated) -> anyhow::Result<()> {
         unread: Vec::new(),
         own_clock: args.realtime,
     };
-    let mut session = Session::new(topside, read, None, None)?;
+    let mut session = Session::new(topside, read, None, Course::new(None))?;
     if args.realtime {
         loop {
             std::thread::sleep(POLL);
             host.poll(&mut session.topside)?;
             if let Some(object) = session.poll()? {
-                say(&object)?;
+                print_line(&object)?;
             }
         }
     }
@@ -137,7 +138,7 @@ impl Session {
         }
         let Acted { sent: count, second } = self.act(step.time_us)?;
         if let Some(object) = second {
-            say(&object)?;
+            print_line(&object)?;
         }
         let mut sent = [0; 4];
         sent[hostlink::Port::Modem as usize] = u16::try_from(count).context("more bytes than a step can announce")?;

@@ -185,7 +185,7 @@ fn without_a_terminal_or_a_port_it_says_so() {
     }
     let help = run(&["monitor", "--help"]).good("help");
     assert!(help.contains("Example") && help.contains("--json") && help.contains("--for"), "{help}");
-    for arguments in [&["monitor"][..], &["monitor", "x", "--for", "-1"], &["monitor", "x", "--baud", "0"]] {
+    for arguments in [&["monitor"][..], &["monitor", "x", "--for", "-1"], &["monitor", "x:0"]] {
         assert_eq!(run(arguments).code, Some(2), "{arguments:?}");
     }
     // a silent board is an alarm, not an error
