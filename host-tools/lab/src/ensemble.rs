@@ -29,6 +29,18 @@ impl SeedArgs {
     }
 }
 
+/// Those of these names, in their order; all of them without a name.
+///
+/// # Errors
+/// A name that none has.
+pub fn named<T: Clone>(what: &str, all: &[T], names: &[String], name: fn(&T) -> &str) -> anyhow::Result<Vec<T>> {
+    if let Some(unknown) = names.iter().find(|wanted| all.iter().all(|one| name(one) != *wanted)) {
+        bail!("no {what} {unknown}; there are {}", all.iter().map(name).collect::<Vec<_>>().join(", "));
+    }
+    let is_asked = |one: &&T| names.is_empty() || names.iter().any(|wanted| wanted == name(one));
+    Ok(all.iter().filter(is_asked).cloned().collect())
+}
+
 /// Where a page goes besides the terminal.
 #[derive(clap::Args, Clone, Debug)]
 pub struct PageArgs {

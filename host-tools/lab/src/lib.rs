@@ -88,9 +88,9 @@ enum LabCommand {
     /// How often `diagnose` finds the right cause: verdicts over simulated logs of undeclared effects
     DiagnosisAccuracy(diagnosis_accuracy::Args),
     /// Errors of every identification method over an ensemble of simulated experiments
-    Identification(identification::MethodArgs),
+    Identification(identification::methods::Args),
     /// How soon the fault monitor detects a fault under way, and what compensation gains
-    FaultDetection(identification::FaultArgs),
+    FaultDetection(identification::faults::Args),
     /// Does the board's protection level bound its error: flights drawn over the whole scenario language
     #[command(after_help = "Examples:
   cargo lab judge --runs 20 --classes work --hours 3
@@ -104,7 +104,7 @@ enum LabCommand {
     /// Fly every fault of the table and judge how the backseat copes
     Faults(fault_table::Args),
     /// A planned identification mission against a lawnmower and open-loop inputs
-    Plan(identification::PlanArgs),
+    Plan(identification::excitation_planning::Args),
     /// Diagnose the log of a glider, a pinger, transponders, a pair of thrusters or a ship: models of one public log each
     SingleLog(single_logs::Args),
     /// Surge and yaw of an Iver's mission log, in servo counts
@@ -153,12 +153,12 @@ impl Lab {
             LabCommand::Geometry(arguments) => geometry::run(arguments),
             LabCommand::Consistency(arguments) => consistency::run_command(arguments),
             LabCommand::DiagnosisAccuracy(arguments) => diagnosis_accuracy::run(arguments),
-            LabCommand::Identification(arguments) => arguments.run(),
-            LabCommand::FaultDetection(arguments) => arguments.run(),
+            LabCommand::Identification(arguments) => identification::methods::run(arguments),
+            LabCommand::FaultDetection(arguments) => identification::faults::run(arguments),
             LabCommand::Judge(arguments) => judge::run(arguments),
             LabCommand::Naming(arguments) => naming::run(arguments),
             LabCommand::Faults(arguments) => fault_table::run(arguments),
-            LabCommand::Plan(arguments) => arguments.run(),
+            LabCommand::Plan(arguments) => identification::excitation_planning::run(arguments),
             LabCommand::SingleLog(arguments) => single_logs::run(arguments),
             LabCommand::ServoCounts(arguments) => servo_counts::run(arguments),
             LabCommand::Vessel(command) => command.run(),

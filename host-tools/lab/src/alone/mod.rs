@@ -14,9 +14,9 @@ mod page;
 mod run;
 pub(crate) mod worlds;
 
-use crate::ensemble::{PageArgs, PartArgs, SeedArgs, all_runs};
+use crate::ensemble::{PageArgs, PartArgs, SeedArgs, all_runs, named};
 use crate::store::{Key, version};
-use anyhow::{Context, bail};
+use anyhow::Context;
 use page::FlownWorld;
 use std::path::PathBuf;
 use worlds::{WORLDS, World};
@@ -43,7 +43,7 @@ pub struct Args {
 /// # Errors
 /// An unknown world; a flight or a filter that fails; a file that cannot be written.
 pub fn run(args: &Args) -> anyhow::Result<()> {
-    let worlds = selected(&args.worlds)?;
+    let worlds = named("world", &WORLDS, &args.worlds, |world| world.name)?;
     let seeds = args.ensemble.seeds();
     let all = seeds.flat_map(|seed| worlds.iter().map(move |world| ((world.name.to_owned(), seed), *world)));
     let jobs: Vec<(Key, World)> = all.collect();
@@ -57,11 +57,4 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         std::fs::write(path, page::picture(&flown)).with_context(|| path.display().to_string())?;
     }
     args.page.show(&page::page(&flown, args))
-}
-
-fn selected(names: &[String]) -> anyhow::Result<Vec<World>> {
-    if let Some(name) = names.iter().find(|name| WORLDS.iter().all(|world| world.name != **name)) {
-        bail!("no world {name}; there are {}", WORLDS.map(|world| world.name).join(", "));
-    }
-    Ok(WORLDS.into_iter().filter(|world| names.is_empty() || names.iter().any(|name| name == world.name)).collect())
 }

@@ -161,12 +161,3 @@ pub fn is_invisible(case: &JudgedEffect<'_>) -> bool {
 pub fn is_blamed(run: &DiagnosedLog) -> bool {
     run.verdict == "explained" || run.verdict == "ambiguous"
 }
-
-/// Two significant digits.
-pub fn short(value: f64) -> String {
-    if value == 0.0 || !value.is_finite() {
-        return format!("{value}");
-    }
-    let digits = (1.0 - value.abs().log10().floor()).clamp(0.0, 9.0) as usize;
-    format!("{value:.digits$}")
-}

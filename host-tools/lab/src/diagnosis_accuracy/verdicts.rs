@@ -3,8 +3,8 @@
 use super::outcome::{Answer, JudgedEffect};
 use super::plan::{Class, entries};
 use super::run::DiagnosedLog;
-use super::sections::{BANDS, Choose, Findings, Section, in_band, is_apart, is_blamed, is_invisible, is_single, short};
-use crate::intervals::Share;
+use super::sections::{BANDS, Choose, Findings, Section, in_band, is_apart, is_blamed, is_invisible, is_single};
+use crate::intervals::{Share, short};
 use std::collections::{BTreeMap, BTreeSet};
 
 impl Findings<'_> {

@@ -197,8 +197,27 @@ fn interval(values: &[f64], digits: usize) -> String {
     with_interval(&usable, digits)
 }
 
+/// Command line.
+#[derive(clap::Args, Clone, Debug)]
+#[command(after_help = "Example:
+  cargo lab plan --runs 10 --duration 1800")]
+pub struct Args {
+    /// Seeds of each mission
+    #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u64).range(1..))]
+    runs: u64,
+    /// Length of each mission, s
+    #[arg(long, value_name = "S", default_value_t = 1800.0)]
+    duration: f64,
+    #[command(flatten)]
+    part: PartArgs,
+}
+
 /// Runs the comparison and prints its tables.
-pub fn run(runs: u64, limits: &Limits, duration_s: f64, part: &PartArgs) -> anyhow::Result<()> {
+///
+/// # Errors
+/// A plan that is not found, or an identification that fails.
+pub fn run(&Args { runs, duration: duration_s, ref part }: &Args) -> anyhow::Result<()> {
+    let limits = &Limits::DEFAULT;
     let mut scenario = Scenario::built_in("survey")?;
     scenario.vehicle = VehicleFile::reference();
     let truth = Parameters { disturbance_per_sqrt_hz: [0.0; 6], ..scenario.truth_parameters() };

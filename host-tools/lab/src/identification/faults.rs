@@ -237,9 +237,34 @@ fn row(fault: &'static str, shape: &'static str, all: &[&FaultFlight]) -> FaultR
     }
 }
 
+/// Command line.
+#[derive(clap::Args, Clone, Debug)]
+#[command(after_help = "Example:
+  cargo lab fault-detection --runs 200")]
+pub struct Args {
+    /// Flights with each fault
+    #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u64).range(2..))]
+    runs: u64,
+    /// Hours of flights without a fault
+    #[arg(long, value_name = "H", default_value_t = 204.0, value_parser = positive)]
+    hours: f64,
+    /// First seed
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+    #[command(flatten)]
+    part: PartArgs,
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    text.parse().ok().filter(|number: &f64| *number > 0.0 && number.is_finite()).ok_or("a positive number".to_owned())
+}
+
 /// Runs the study and prints its tables: every fault `runs` times, half of them in either motion, `hours` without
 /// fault, and a tenth of the runs with compensation.
-pub fn run(runs: u64, hours: f64, first_seed: u64, part: &PartArgs) -> anyhow::Result<()> {
+///
+/// # Errors
+/// A flight or an identification that fails.
+pub fn run(&Args { runs, hours, seed: first_seed, ref part }: &Args) -> anyhow::Result<()> {
     let seeds = first_seed..first_seed + runs.div_ceil(2);
     let quiet_seeds = first_seed..first_seed + (0.5 * hours * 3600.0 / SOUND_S).ceil() as u64;
     let compensated = runs.div_ceil(10).max(2);

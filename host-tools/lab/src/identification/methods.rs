@@ -5,6 +5,7 @@ use super::gtls;
 use super::nullspace::nbls;
 use crate::ensemble::{PartArgs, all_runs};
 use crate::experiment::{Experiment, wrong_prior};
+use crate::intervals::short;
 use crate::store::{Key, version};
 use anyhow::anyhow;
 use backseat_core::effects::EffectSet;
@@ -134,8 +135,23 @@ enum MethodRun {
 /// Errors of every seed of every condition.
 type MethodErrors = [(&'static Condition, Vec<[f64; 8]>)];
 
+/// Command line.
+#[derive(clap::Args, Clone, Debug)]
+#[command(after_help = "Example:
+  cargo lab identification --runs 10")]
+pub struct Args {
+    /// Seeds of each method
+    #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u64).range(1..))]
+    runs: u64,
+    #[command(flatten)]
+    part: PartArgs,
+}
+
 /// Runs the ensemble and prints its table.
-pub fn run(runs: u64, part: &PartArgs) -> anyhow::Result<()> {
+///
+/// # Errors
+/// An identification that fails.
+pub fn run(&Args { runs, ref part }: &Args) -> anyhow::Result<()> {
     if !(2..FIRST_TUNING_SEED).contains(&runs) {
         return Err(anyhow!("--runs takes 2 to {} seeds", FIRST_TUNING_SEED - 1));
     }
@@ -199,13 +215,4 @@ fn interval(values: &[f64]) -> [f64; 3] {
     let center = mean(values).unwrap_or(f64::NAN);
     let (low, high) = mean_ci95(values).unwrap_or((f64::NAN, f64::NAN));
     [center, low.max(0.0), high]
-}
-
-/// Two significant digits.
-fn short(value: f64) -> String {
-    if value == 0.0 || !value.is_finite() {
-        return value.to_string();
-    }
-    let digits = (1.0 - value.abs().log10().floor()).max(0.0) as usize;
-    format!("{value:.digits$}")
 }

@@ -2,15 +2,13 @@
 
 mod acceleration;
 mod accelerations;
-mod command;
 mod compensation;
-mod excitation_planning;
-mod faults;
+pub mod excitation_planning;
+pub mod faults;
 mod gtls;
 mod identified_vehicle;
-mod methods;
+pub mod methods;
 pub mod nullspace;
 mod plan_flight;
 
-pub use command::{FaultArgs, MethodArgs, PlanArgs};
 pub use gtls::gtls;

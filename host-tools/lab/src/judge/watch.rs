@@ -27,8 +27,6 @@ pub struct Bound {
     pub beyond_s: f64,
     /// Median of the level, m.
     pub level_m: f64,
-    /// Ninth decile of the level, m.
-    pub level_p90_m: f64,
     /// 95th percentile of the error, m.
     pub error_p95_m: f64,
     /// Error and level, one pair a minute, m.
@@ -85,7 +83,6 @@ impl Watch {
     fn finish(self) -> Bound {
         Bound {
             level_m: median(&self.levels_m).unwrap_or(0.0),
-            level_p90_m: percentile(&self.levels_m, 0.9).unwrap_or(0.0),
             error_p95_m: percentile(&self.errors_m, 0.95).unwrap_or(0.0),
             ..self.bound
         }

@@ -8,9 +8,9 @@
 mod page;
 mod run;
 
-use crate::ensemble::{PageArgs, PartArgs, SeedArgs, all_runs};
+use crate::ensemble::{PageArgs, PartArgs, SeedArgs, all_runs, named};
 use crate::store::{Key, version};
-use anyhow::{Context, bail};
+use anyhow::Context;
 use run::{CASES, TeamCase};
 use std::path::PathBuf;
 
@@ -36,11 +36,7 @@ pub struct Args {
 /// # Errors
 /// An unknown case; a flight that fails; a file that cannot be written.
 pub fn run(args: &Args) -> anyhow::Result<()> {
-    if let Some(name) = args.cases.iter().find(|name| CASES.iter().all(|case| case.name != **name)) {
-        bail!("no case {name}; there are {}", CASES.map(|case| case.name).join(", "));
-    }
-    let is_asked = |case: &TeamCase| args.cases.is_empty() || args.cases.iter().any(|name| name == case.name);
-    let cases: Vec<TeamCase> = CASES.into_iter().filter(is_asked).collect();
+    let cases = named("case", &CASES, &args.cases, |case| case.name)?;
     let all =
         args.ensemble.seeds().flat_map(|seed| cases.iter().map(move |case| ((case.name.to_owned(), seed), *case)));
     let jobs: Vec<(Key, TeamCase)> = all.collect();

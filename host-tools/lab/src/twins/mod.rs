@@ -1,12 +1,12 @@
 //! `cargo lab twins`: how often `diagnose FOLDER` names the right cause in simulated runs of a torpedo.
 //!
-//! Each seed gives a folder of runs with hidden effects. The folder is read and diagnosed as a user's would be; the answer
+//! Each seed gives a folder of runs with hidden effects, each fifth one without. The folder is read and diagnosed as a user's would be; the answer
 //! is compared with the truth, which it never sees.
 
 mod page;
 mod score;
 
-use crate::ensemble::{PageArgs, PartArgs, all_runs};
+use crate::ensemble::{PageArgs, PartArgs, SeedArgs, all_runs};
 use crate::store::{Key, version};
 use backseat_analysis::read_log::ReadLog;
 use backseat_diagnose::torpedo;
@@ -22,12 +22,8 @@ Examples:
 #[derive(clap::Args, Clone, Debug)]
 #[command(after_help = EXAMPLES)]
 pub struct Args {
-    /// Data sets; each fifth seed has no effect
-    #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u64).range(1..))]
-    runs: u64,
-    /// Seed of the first; the others follow
-    #[arg(long, value_name = "N", default_value_t = 1)]
-    first_seed: u64,
+    #[command(flatten)]
+    ensemble: SeedArgs,
     /// Runs of each of the two configurations
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u8).range(3..=20))]
     flown: u8,
@@ -42,8 +38,9 @@ pub struct Args {
 /// # Errors
 /// A folder that cannot be written or read.
 pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
-    let seeds = args.first_seed..args.first_seed + args.runs;
+    let seeds = args.ensemble.seeds();
     let jobs: Vec<(Key, Wanted)> = seeds
+        .clone()
         .map(|seed| {
             let wanted = if seed.is_multiple_of(5) { Wanted::None } else { Wanted::Random };
             ((String::new(), seed), wanted)
@@ -55,7 +52,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
     else {
         return Ok(());
     };
-    args.page.show(&page::markdown(&twins, args.first_seed, flown))
+    args.page.show(&page::markdown(&twins, seeds.start, flown))
 }
 
 fn twin(seed: u64, wanted: Wanted, flown: usize) -> anyhow::Result<Twin> {
