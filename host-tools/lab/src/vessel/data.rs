@@ -8,7 +8,7 @@
 mod fit;
 
 use super::model::{Coefficient, ManoeuvringModel, separable};
-use super::readings::{Reading, actuators, integral, measured, readings};
+use super::readings::{Reading, SLOWEST_MPS, actuators, drives, integral, longest_step_s, measured, readings};
 use backseat_core::state::wrap_angle;
 use backseat_identify::IdentifyError;
 use backseat_logs::Log;
@@ -26,12 +26,6 @@ const SEGMENT_S: [f64; 2] = [15.0, 120.0];
 const WINDOW_S: [f64; 2] = [1.0, 10.0];
 /// A window of the first guess has so many steps of the log at least: with one, half of the changes lie between windows.
 const FEWEST_STEPS: f64 = 3.0;
-/// A longer gap than this many times the usual step ends a segment.
-const GAP: f64 = 5.0;
-/// Slower than this a vessel is held, or moved by whatever there is, m/s; and the share of its highest speed at which a
-/// propeller drives.
-const SLOWEST_MPS: f64 = 0.05;
-const DRIVING: f64 = 0.2;
 /// A term counts if more than this share of it (root mean square) is not in those before it. Thrust and drag of a steady
 /// speed are much alike; the fit tells them apart where the vessel turns, or changes its speed.
 const OWN_SHARE: f64 = 0.01;
@@ -78,15 +72,10 @@ impl ManoeuvringData {
     #[must_use]
     pub fn from_log(log: &Log, length_m: f64) -> Self {
         let runs = readings(log);
-        let speeds = runs.iter().flat_map(|(_, run)| run).flat_map(|reading| &reading.propellers);
-        let most = speeds.fold(0.0_f64, |most, n| most.max(n.abs()));
-        let drives = |reading: &Reading| {
-            reading.velocity[0] > SLOWEST_MPS && reading.propellers.iter().any(|n| n.abs() > DRIVING * most)
-        };
+        let drives = drives(&runs);
         let mut stretches = Vec::new();
         for (_, run) in runs {
-            let steps: Vec<f64> = run.windows(2).map(|pair| pair[1].t_s - pair[0].t_s).collect();
-            let longest_s = GAP * median(&steps).unwrap_or(0.0);
+            let longest_s = longest_step_s(&run);
             let goes_on = |a: &Reading, b: &Reading| b.t_s - a.t_s <= longest_s && drives(a) && drives(b);
             stretches.extend(run.chunk_by(goes_on).filter(|part| part.len() > 2).map(<[Reading]>::to_vec));
         }

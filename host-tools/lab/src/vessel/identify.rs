@@ -2,10 +2,10 @@
 
 use super::data::{ManoeuvringData, ManoeuvringEstimate, ManoeuvringPrediction};
 use super::model::AXES;
+use super::readings::length_m;
 use crate::partial::{self, Horizon, Partial, Quantity};
 use backseat_analysis::read_log::ReadLog;
 use backseat_logs::VehicleFile;
-use backseat_logs::log::{Column, Log};
 use backseat_logs::output::{Existing, write};
 use backseat_report::console;
 use serde_json::{Map, json};
@@ -50,12 +50,6 @@ impl Args {
 const FITTED: f64 = 0.6;
 /// Horizons of the predictions, s.
 const HORIZONS_S: [f64; 3] = [5.0, 10.0, 30.0];
-
-/// The vessel's length that a log states, or the declared vehicle's; and whether it does.
-pub(super) fn length_m(log: &Log, declared: &VehicleFile) -> (f64, bool) {
-    let stated = log.column(Column::Length).next();
-    stated.map_or((declared.parameters.length_m, false), |(_, length_m)| (length_m, true))
-}
 
 /// Fits surge, sway and yaw, and predicts the other log or the last part of the same.
 ///

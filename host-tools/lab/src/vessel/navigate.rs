@@ -1,9 +1,8 @@
 //! `cargo lab vessel navigate`: dead reckoning by a manoeuvring model.
 
 use super::data::ManoeuvringData;
-use super::identify::length_m;
 use super::model::ManoeuvringModel;
-use super::readings::{Reading, actuators, readings};
+use super::readings::{Reading, actuators, length_m, readings};
 use anyhow::{Context, bail};
 use backseat_analysis::read_log::ReadLog;
 use backseat_estimation::dead_reckoning::{Position, errors_against_fixes};

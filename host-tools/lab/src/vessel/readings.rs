@@ -3,12 +3,18 @@
 use super::planar::Manoeuvre;
 use backseat_core::state::wrap_angle;
 use backseat_logs::stats::median;
-use backseat_logs::{Column, Log, LogRow};
+use backseat_logs::{Column, Log, LogRow, VehicleFile};
 
 /// Propellers and rudders that a log may have.
 const PROPELLERS: [Column; 3] = [Column::PropRpm, Column::ThrusterLeft, Column::ThrusterRight];
 const RUDDERS: [Column; 5] = [Column::Rudder, Column::FinTop, Column::FinBottom, Column::FinPort, Column::FinStarboard];
 const VELOCITY: [Column; 3] = [Column::DvlU, Column::DvlV, Column::R];
+/// Slower than this a vessel is held, or moved by whatever there is, m/s.
+pub const SLOWEST_MPS: f64 = 0.05;
+/// Share of its highest speed at which a propeller drives.
+const DRIVING: f64 = 0.2;
+/// A longer gap than this many times the usual step ends what belongs together.
+const GAP: f64 = 5.0;
 /// Wind readings older than this do not count, s.
 const WIND_HOLDS_S: f64 = 2.0;
 /// A velocity that is not logged is the slope of positions and headings over this to either side, s, and two readings
@@ -52,6 +58,27 @@ pub fn actuators(log: &Log) -> [Vec<Column>; 2] {
 #[must_use]
 pub fn measured(log: &Log) -> [bool; 3] {
     VELOCITY.map(|column| log.has(column))
+}
+
+/// The vessel's length that a log states, or the declared vehicle's, m; and whether it does.
+#[must_use]
+pub fn length_m(log: &Log, declared: &VehicleFile) -> (f64, bool) {
+    let stated = log.column(Column::Length).next();
+    stated.map_or((declared.parameters.length_m, false), |(_, length_m)| (length_m, true))
+}
+
+/// Whether a reading of these runs is one under way.
+pub fn drives(runs: &[(u32, Vec<Reading>)]) -> impl Fn(&Reading) -> bool + use<> {
+    let speeds = runs.iter().flat_map(|(_, run)| run).flat_map(|reading| &reading.propellers);
+    let most = speeds.fold(0.0_f64, |most, n| most.max(n.abs()));
+    move |reading| reading.velocity[0] > SLOWEST_MPS && reading.propellers.iter().any(|n| n.abs() > DRIVING * most)
+}
+
+/// The longest time between two readings of a run that belong together, s.
+#[must_use]
+pub fn longest_step_s(run: &[Reading]) -> f64 {
+    let steps: Vec<f64> = run.windows(2).map(|pair| pair[1].t_s - pair[0].t_s).collect();
+    GAP * median(&steps).unwrap_or(0.0)
 }
 
 /// The log's readings run by run. A row needs the actuators, the heading, and the velocities that the log measures;

@@ -12,7 +12,7 @@ mod windows;
 use self::terms::Windage;
 use self::windows::Window;
 use crate::vessel::model::{AXES, separable as separable_columns};
-use crate::vessel::readings::actuators;
+use crate::vessel::readings::{actuators, length_m};
 use backseat_core::navigation::SensorNoise;
 use backseat_core::state::wrap_angle;
 use backseat_diagnose::found::ParameterEstimate;
@@ -345,7 +345,7 @@ pub fn is_for(log: &Log) -> bool {
 #[must_use]
 pub fn run(log: &Log, vehicle: &VehicleFile) -> Option<LogModelDiagnosis> {
     let stated = |column| log.column(column).next().map(|(_, value)| value);
-    let length_m = terms::length_m(log, vehicle);
+    let length_m = length_m(log, vehicle).0;
     let mass_kg = stated(Column::Mass).unwrap_or(vehicle.parameters.mass_kg);
     let areas = stated(Column::WindageFront).zip(stated(Column::WindageSide));
     let windage = areas.map(|(front, side)| Windage::new([front, side], length_m, mass_kg));
@@ -387,7 +387,7 @@ fn without_missed(
     log: &Log,
     vehicle: &VehicleFile,
 ) -> Option<(Planar, LogModelDiagnosis, usize)> {
-    let length_m = terms::length_m(log, vehicle);
+    let length_m = length_m(log, vehicle).0;
     let mut model = Planar::new(windows.to_vec(), windage, has_anemometer, length_m)?;
     let mut found = log_models::run(&model, log, vehicle)?;
     let mut missed = 0;

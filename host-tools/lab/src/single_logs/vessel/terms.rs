@@ -1,7 +1,6 @@
 //! What a hull may need beside the model's terms, and what a wind does to it.
 
 use crate::vessel::readings::Reading;
-use backseat_logs::VehicleFile;
 
 /// Terms of sway and yaw that a hull may need beside those of the model.
 pub(super) fn cross(reading: &Reading) -> [f64; 2] {
@@ -53,10 +52,4 @@ impl Windage {
         let (there, still) = (of(wind_mps), of([0.0; 2]));
         [0, 1, 2, 3].map(|i| self.factors[i] * (there[i] - still[i]))
     }
-}
-
-/// Length of the vessel, m: of the log, or of the vehicle file.
-pub(super) fn length_m(log: &backseat_logs::Log, vehicle: &VehicleFile) -> f64 {
-    let stated = log.column(backseat_logs::log::Column::Length).next();
-    stated.map_or(vehicle.parameters.length_m, |(_, length_m)| length_m)
 }

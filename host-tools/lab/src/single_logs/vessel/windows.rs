@@ -5,16 +5,10 @@
 
 use super::terms::{self, Windage};
 use crate::vessel::planar;
-use crate::vessel::readings::{Reading, integral, readings};
+use crate::vessel::readings::{Reading, drives, integral, longest_step_s, readings};
 use backseat_logs::Log;
 use backseat_logs::stats::median;
 
-/// A longer gap than this many times the usual step ends a window.
-const GAP: f64 = 5.0;
-/// Slower than this a vessel is held, or moved by whatever there is, m/s.
-const SLOWEST_MPS: f64 = 0.05;
-/// Share of its highest speed at which a propeller drives.
-const DRIVING: f64 = 0.2;
 /// Bounds of a window, s.
 const SHORTEST_S: f64 = 1.0;
 const LONGEST_S: f64 = 10.0;
@@ -48,12 +42,7 @@ pub(super) struct Window {
 /// All windows under way.
 pub(super) fn cut(log: &Log, length_m: f64, windage: Option<Windage>) -> Vec<Window> {
     let runs = readings(log);
-    let driven: Vec<f64> =
-        runs.iter().flat_map(|(_, run)| run).flat_map(|reading| &reading.propellers).map(|n| n.abs()).collect();
-    let most = driven.iter().fold(0.0_f64, |most, n| most.max(*n));
-    let drives = |reading: &Reading| {
-        reading.velocity[0] > SLOWEST_MPS && reading.propellers.iter().any(|n| n.abs() > DRIVING * most)
-    };
+    let drives = drives(&runs);
     let speeds: Vec<f64> = runs
         .iter()
         .flat_map(|(_, run)| run)
@@ -65,8 +54,7 @@ pub(super) fn cut(log: &Log, length_m: f64, windage: Option<Windage>) -> Vec<Win
     let mut windows = Vec::new();
     for (number, run) in runs {
         let run = averaged(&run, AVERAGED * length_s);
-        let steps: Vec<f64> = run.windows(2).map(|pair| pair[1].t_s - pair[0].t_s).collect();
-        let longest_s = GAP * median(&steps).unwrap_or(0.0);
+        let longest_s = longest_step_s(&run);
         let mut from = 0;
         while from + 1 < run.len() {
             let to = run.partition_point(|reading| reading.t_s < run[from].t_s + length_s);
@@ -74,8 +62,8 @@ pub(super) fn cut(log: &Log, length_m: f64, windage: Option<Windage>) -> Vec<Win
                 break;
             }
             let part = &run[from..=to];
-            let is_whole = steps[from..to].iter().all(|step| *step <= longest_s);
-            if is_whole && part.iter().all(drives) {
+            let is_whole = part.windows(2).all(|pair| pair[1].t_s - pair[0].t_s <= longest_s);
+            if is_whole && part.iter().all(&drives) {
                 windows.push(window(number, part, windage));
             }
             from = to;
