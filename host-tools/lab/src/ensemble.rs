@@ -1,5 +1,5 @@
 //! An ensemble whose runs are kept: to its end or until Ctrl-C, resumed by the next command, in parts on several
-//! machines.
+//! machines; and where its page goes.
 
 use crate::store::{Key, Store};
 use anyhow::{Context, bail};
@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use std::ops::Range;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Which flights an ensemble has.
@@ -29,20 +29,32 @@ impl SeedArgs {
     }
 }
 
-/// Those of these names, in their order; all of them without a name.
+/// Those of these names, as they were asked for; all of them without a name.
 ///
 /// # Errors
 /// A name that none has.
-pub fn named<T: Clone>(what: &str, all: &[T], names: &[String], name: fn(&T) -> &str) -> anyhow::Result<Vec<T>> {
-    if let Some(unknown) = names.iter().find(|wanted| all.iter().all(|one| name(one) != *wanted)) {
-        bail!("no {what} {unknown}; there are {}", all.iter().map(name).collect::<Vec<_>>().join(", "));
+pub fn named<T: Copy>(what: &str, all: &[T], names: &[String], name: fn(&T) -> &str) -> anyhow::Result<Vec<T>> {
+    if names.is_empty() {
+        return Ok(all.to_vec());
     }
-    let is_asked = |one: &&T| names.is_empty() || names.iter().any(|wanted| wanted == name(one));
-    Ok(all.iter().filter(is_asked).cloned().collect())
+    let find = |wanted: &String| {
+        all.iter().find(|one| name(one) == wanted).copied().with_context(|| {
+            format!("no {what} {wanted}; there are {}", all.iter().map(name).collect::<Vec<_>>().join(", "))
+        })
+    };
+    names.iter().map(find).collect()
+}
+
+/// Writes what was asked for, over an earlier one.
+///
+/// # Errors
+/// A file that cannot be written.
+pub fn write(path: &Path, text: &str) -> anyhow::Result<()> {
+    std::fs::write(path, text).with_context(|| path.display().to_string())
 }
 
 /// Where a page goes besides the terminal.
-#[derive(clap::Args, Clone, Debug)]
+#[derive(clap::Args, Clone, Debug, Default)]
 pub struct PageArgs {
     /// Write the page to this file as well (Markdown)
     #[arg(long, value_name = "FILE")]
@@ -56,9 +68,33 @@ impl PageArgs {
     /// A file that cannot be written.
     pub fn show(&self, page: &str) -> anyhow::Result<()> {
         if let Some(path) = &self.out {
-            std::fs::write(path, page).with_context(|| path.display().to_string())?;
+            write(path, page)?;
         }
         console::print(page.as_bytes())
+    }
+}
+
+/// Where a picture goes.
+#[derive(clap::Args, Clone, Debug)]
+pub struct PictureArgs {
+    /// Write the picture to this file (SVG)
+    #[arg(long, value_name = "FILE")]
+    picture: Option<PathBuf>,
+}
+
+impl PictureArgs {
+    /// The lines of a page that show the picture; none without one.
+    pub fn shown(&self, about: &str) -> String {
+        let name = self.picture.as_ref().and_then(|path| path.file_name());
+        name.map_or_else(String::new, |name| format!("![{about}]({})\n\n", name.display()))
+    }
+
+    /// Writes the picture, if it is wanted.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn write(&self, draw: impl FnOnce() -> String) -> anyhow::Result<()> {
+        self.picture.as_ref().map_or(Ok(()), |path| write(path, &draw()))
     }
 }
 
@@ -91,32 +127,25 @@ impl std::str::FromStr for Shard {
     }
 }
 
-/// How far an ensemble has come.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Progressed {
-    /// Every run is in the store.
-    Whole,
-    /// Ctrl-C ended it early.
-    Interrupted,
-    /// A part of it is in the store, as was asked for.
-    Part,
-}
-
-/// Runs the jobs of this part that the store lacks, on all cores in their order, and keeps each finished run at once.
-/// The jobs of an ensemble must always be given in the same order: it says which part a job belongs to.
+/// All runs in the order of the jobs; `None` after a part. Those of this part that the store lacks are made on all
+/// cores, and each is kept as soon as it is finished. The jobs of an ensemble must always be given in the same order: it
+/// says which part a job belongs to.
 ///
 /// # Errors
-/// The first run that fails; a run that cannot be kept.
-pub fn run_and_keep<J: Sync, R: Clone + Send + Serialize + DeserializeOwned>(
+/// The first run that fails; a run that cannot be kept; an interruption, after which the same command goes on if it has
+/// a store.
+pub fn all_runs<J: Sync, R: Clone + Send + Serialize + DeserializeOwned>(
     what: impl Into<String>,
     part: &PartArgs,
+    version: String,
     jobs: &[(Key, J)],
-    store: &Store<R>,
     run: impl Fn(u64, &J) -> anyhow::Result<R> + Sync,
-) -> anyhow::Result<Progressed> {
+) -> anyhow::Result<Option<Vec<R>>> {
     static STOP: AtomicBool = AtomicBool::new(false);
+    let store = Store::open(part.store.as_deref(), version)?;
     let Shard { index, count } = part.shard.unwrap_or(Shard { index: 1, count: 1 });
-    let due: Vec<&(Key, J)> = jobs.iter().skip(index - 1).step_by(count).filter(|(key, _)| !store.has(key)).collect();
+    let own = || jobs.iter().skip(index - 1).step_by(count);
+    let due: Vec<&(Key, J)> = own().filter(|(key, _)| store.get(key).is_none()).collect();
     if !due.is_empty() {
         let handler = ctrlc::set_handler(|| {
             if STOP.swap(true, Ordering::Relaxed) {
@@ -139,35 +168,14 @@ pub fn run_and_keep<J: Sync, R: Clone + Send + Serialize + DeserializeOwned>(
         })?;
     }
     if STOP.load(Ordering::Relaxed) {
-        return Ok(Progressed::Interrupted);
+        bail!("interrupted; with --store the finished runs are kept");
     }
-    let Some(path) = part.store.as_ref().filter(|_| part.shard.is_some()) else { return Ok(Progressed::Whole) };
-    let done = jobs.iter().skip(index - 1).step_by(count).count();
-    console::print(
-        format!("part {index} of {count}: {done} of {} runs in {}\n", jobs.len(), path.display()).as_bytes(),
-    )?;
-    Ok(Progressed::Part)
-}
-
-/// An ensemble of which nothing is shown before its end: all runs in the order of the jobs, `None` after a part.
-///
-/// # Errors
-/// As [`run_and_keep`]; an interruption, after which the same command goes on if it has a store.
-pub fn all_runs<J: Sync, R: Clone + Send + Serialize + DeserializeOwned>(
-    what: impl Into<String>,
-    part: &PartArgs,
-    version: String,
-    jobs: &[(Key, J)],
-    run: impl Fn(u64, &J) -> anyhow::Result<R> + Sync,
-) -> anyhow::Result<Option<Vec<R>>> {
-    let store = Store::open(part.store.as_deref(), version)?;
-    match run_and_keep(what, part, jobs, &store, run)? {
-        Progressed::Interrupted => bail!("interrupted; with --store the finished runs are kept"),
-        Progressed::Part => Ok(None),
-        Progressed::Whole => {
-            jobs.iter().map(|(key, _)| store.get(key).context("a run is missing")).collect::<Result<_, _>>().map(Some)
-        }
+    if let Some(path) = part.store.as_ref().filter(|_| part.shard.is_some()) {
+        let (done, all) = (own().count(), jobs.len());
+        console::print(format!("part {index} of {count}: {done} of {all} runs in {}\n", path.display()).as_bytes())?;
+        return Ok(None);
     }
+    jobs.iter().map(|(key, _)| store.get(key).context("a run is missing")).collect::<Result<_, _>>().map(Some)
 }
 
 #[cfg(test)]

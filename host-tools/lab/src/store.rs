@@ -12,7 +12,6 @@ use std::collections::btree_map::Entry;
 use std::fs::{File, OpenOptions};
 use std::hash::Hasher;
 use std::io::{Read, Write};
-use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
@@ -80,19 +79,9 @@ impl<R: Clone + Serialize + DeserializeOwned> Store<R> {
         Ok(Self { build, kept: Mutex::new(Kept { file: Some(file), runs }) })
     }
 
-    /// Which build or version of the program the runs are of.
-    pub fn build(&self) -> &str {
-        &self.build
-    }
-
     /// A finished run.
     pub fn get(&self, key: &Key) -> Option<R> {
         self.kept.lock().ok()?.runs.get(key).cloned()
-    }
-
-    /// Whether a run is there.
-    pub fn has(&self, key: &Key) -> bool {
-        self.kept.lock().is_ok_and(|kept| kept.runs.contains_key(key))
     }
 
     /// Keeps a finished run, as a later reader of the file will see it, to the bit.
@@ -109,13 +98,6 @@ impl<R: Clone + Serialize + DeserializeOwned> Store<R> {
         }
         kept.runs.insert((study, seed), run);
         Ok(())
-    }
-
-    /// The finished runs of a study with these seeds, in order.
-    pub fn of(&self, study: &str, seeds: Range<u64>) -> Vec<(u64, R)> {
-        let Ok(kept) = self.kept.lock() else { return Vec::new() };
-        let runs = kept.runs.range((study.to_owned(), seeds.start)..(study.to_owned(), seeds.end));
-        runs.map(|((_, seed), run)| (*seed, run.clone())).collect()
     }
 }
 
@@ -216,9 +198,11 @@ mod tests {
             store.add(key("study", seed), &Stored { value }).unwrap();
         }
         let later = open(&path).unwrap();
-        assert!(later.has(&key("study", 3)) && !later.has(&key("study", 2)) && !later.has(&key("other", 1)));
-        assert_eq!(store.of("study", 1..4), later.of("study", 1..4));
-        assert_eq!(later.of("study", 1..3), [(1, Stored { value: 0.1 + 0.2 })]);
+        for (study, seed) in [("study", 1), ("study", 2), ("study", 3), ("other", 1)] {
+            assert_eq!(store.get(&key(study, seed)), later.get(&key(study, seed)));
+        }
+        assert_eq!(later.get(&key("study", 1)), Some(Stored { value: 0.1 + 0.2 }));
+        assert!(later.get(&key("study", 2)).is_none() && later.get(&key("other", 1)).is_none());
     }
 
     #[test]
@@ -229,9 +213,10 @@ mod tests {
         let mut file = OpenOptions::new().append(true).open(&path).unwrap();
         write!(file, "{{\"build\":\"another\",\"seed\":2}}\n{{\"build\":").unwrap();
         let store = open(&path).unwrap();
-        assert_eq!(store.of("study", 1..9).len(), 1);
+        let seeds =
+            |store: &Store<Stored>| (1..9).filter(|seed| store.get(&key("study", *seed)).is_some()).collect::<Vec<_>>();
+        assert_eq!(seeds(&store), [1]);
         store.add(key("study", 3), &Stored { value: 3.0 }).unwrap();
-        let seeds = |store: &Store<Stored>| store.of("study", 1..9).iter().map(|(seed, _)| *seed).collect::<Vec<_>>();
         assert_eq!(seeds(&open(&path).unwrap()), [1, 3]);
         std::fs::write(&path, "{}\n").unwrap();
         let error = open(&path).err().unwrap().to_string();

@@ -14,11 +14,9 @@ mod page;
 mod run;
 pub(crate) mod worlds;
 
-use crate::ensemble::{PageArgs, PartArgs, SeedArgs, all_runs, named};
+use crate::ensemble::{PageArgs, PartArgs, PictureArgs, SeedArgs, all_runs, named};
 use crate::store::{Key, version};
-use anyhow::Context;
 use page::FlownWorld;
-use std::path::PathBuf;
 use worlds::{WORLDS, World};
 
 /// Command line.
@@ -33,9 +31,8 @@ pub struct Args {
     part: PartArgs,
     #[command(flatten)]
     page: PageArgs,
-    /// Write the picture to this file (SVG)
-    #[arg(long, value_name = "FILE")]
-    picture: Option<PathBuf>,
+    #[command(flatten)]
+    picture: PictureArgs,
 }
 
 /// Flies, filters and prints the page.
@@ -53,8 +50,6 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         |world: &World| jobs.iter().zip(&runs).filter(|((_, of), _)| of == world).map(|(_, run)| run).collect();
     let flown: Vec<FlownWorld<'_>> =
         worlds.iter().map(|world| FlownWorld { world: *world, runs: of_world(world) }).collect();
-    if let Some(path) = &args.picture {
-        std::fs::write(path, page::picture(&flown)).with_context(|| path.display().to_string())?;
-    }
+    args.picture.write(|| page::picture(&flown))?;
     args.page.show(&page::page(&flown, args))
 }

@@ -84,13 +84,8 @@ pub fn page(flown: &[FlownWorld<'_>], args: &Args) -> String {
          {last}.\n\n{ABOUT}\n",
         flown.iter().map(|flown| flown.runs.len()).sum::<usize>()
     );
-    if let Some(name) = args.picture.as_ref().and_then(|path| path.file_name()) {
-        let _ = writeln!(
-            text,
-            "![The lawnmower: root mean square error against time, and what the robust filter states]({})\n",
-            name.display()
-        );
-    }
+    text +=
+        &args.picture.shown("The lawnmower: root mean square error against time, and what the robust filter states");
     for flown in flown {
         let _ = writeln!(text, "## {}\n\n{}.\n", flown.world.name, flown.world.about());
         let _ = writeln!(text, "{}", estimates(flown));

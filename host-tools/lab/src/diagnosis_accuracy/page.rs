@@ -13,8 +13,6 @@ pub struct Page<'a> {
     pub runs: &'a [DiagnosedLog],
     /// Seeds asked for.
     pub seeds: std::ops::Range<u64>,
-    /// How many of them are of the classes asked for.
-    pub asked: usize,
     /// Those classes; empty if it is all.
     pub classes: &'a [Class],
 }
@@ -23,7 +21,7 @@ impl Page<'_> {
     fn intro(&self) -> String {
         let seeds = &self.seeds;
         format!(
-            "{} of {} runs, seeds {} to {}. Each is a simulated log of half an hour of the reference vehicle with one undeclared \
+            "{} runs, seeds {} to {}. Each is a simulated log of half an hour of the reference vehicle with one undeclared \
              effect, or two, or three, or none, or one that is in no catalogue; `diagnose` is given the log and the declared vehicle \
              alone. Half of the logs have manoeuvres that excite (dives, steps of speed, legs across), half \
              are lines to and fro; three of four have noise as sensors have it (of another size than declared, one or two \
@@ -31,7 +29,6 @@ impl Page<'_> {
              inputs move on between their samples. Half of the events end. Seeds below {} were used while `diagnose` was \
              developed; these were not.",
             self.runs.len(),
-            self.asked,
             seeds.start,
             seeds.end - 1,
             super::FIRST_SEED
@@ -39,8 +36,7 @@ impl Page<'_> {
     }
 
     fn command(&self) -> String {
-        let mut command =
-            format!("cargo lab diagnosis-accuracy --out DIR --runs {}", self.seeds.end - self.seeds.start);
+        let mut command = format!("cargo lab diagnosis-accuracy --runs {}", self.seeds.end - self.seeds.start);
         if self.seeds.start != super::FIRST_SEED {
             let _ = write!(command, " --first-seed {}", self.seeds.start);
         }

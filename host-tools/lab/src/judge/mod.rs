@@ -14,13 +14,13 @@ pub mod numbers;
 mod page;
 mod watch;
 
-use crate::ensemble::{PageArgs, PartArgs, all_runs};
+use crate::ensemble::{PageArgs, PartArgs, PictureArgs, all_runs, write};
 use crate::store::{Key, version};
 use anyhow::Context;
 use backseat_report::console;
 use classes::Which;
 use draw::{Drawn, Options, drawn};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use watch::judge;
 
 /// Options of the command.
@@ -43,9 +43,8 @@ pub struct Args {
     scenarios: Option<PathBuf>,
     #[command(flatten)]
     page: PageArgs,
-    /// Write the diagram to this file (SVG)
-    #[arg(long, value_name = "FILE")]
-    picture: Option<PathBuf>,
+    #[command(flatten)]
+    picture: PictureArgs,
     #[command(flatten)]
     part: PartArgs,
 }
@@ -60,22 +59,20 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         .map(|seed| Ok(((String::new(), seed), drawn(seed, options)?)))
         .collect::<anyhow::Result<_>>()?;
     if let Some(folder) = &args.scenarios {
-        return write(folder, &flights);
+        return write_scenarios(folder, &flights);
     }
     let conditions = format!("{:?} {} h", args.classes, args.hours);
     let judged = all_runs("judge", &args.part, version("judge", &conditions)?, &flights, |_, drawn| judge(drawn))?;
     let Some(judged) = judged else { return Ok(()) };
-    if let Some(path) = &args.picture {
-        std::fs::write(path, page::picture(&judged)).with_context(|| path.display().to_string())?;
-    }
+    args.picture.write(|| page::picture(&judged))?;
     args.page.show(&page::page(&judged, args))
 }
 
-fn write(folder: &std::path::Path, flights: &[(Key, Drawn)]) -> anyhow::Result<()> {
+fn write_scenarios(folder: &Path, flights: &[(Key, Drawn)]) -> anyhow::Result<()> {
     std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
     for ((_, seed), drawn) in flights {
         let path = folder.join(format!("drawn_{seed}.toml"));
-        std::fs::write(&path, &drawn.text).with_context(|| path.display().to_string())?;
+        write(&path, &drawn.text)?;
     }
     console::print(format!("{} scenarios in {}\n", flights.len(), folder.display()).as_bytes())
 }

@@ -86,9 +86,7 @@ pub fn page(judged: &[Judged], args: &Args) -> String {
         judged.len(),
         median(&ratios).unwrap_or(f64::NAN),
     );
-    if let Some(name) = args.picture.as_ref().and_then(|path| path.file_name()) {
-        let _ = writeln!(text, "![Error against level, one point a minute]({})\n", name.display());
-    }
+    text += &args.picture.shown("Error against level, one point a minute");
     let mut rows: BTreeMap<&str, Vec<&Judged>> = BTreeMap::new();
     for flight in judged {
         for name in &flight.classes {

@@ -10,13 +10,11 @@ mod filters;
 mod run;
 mod table;
 
-use crate::ensemble::{PartArgs, Progressed, SeedArgs, run_and_keep};
-use crate::store::{Key, Store, version};
+use crate::ensemble::{PageArgs, PartArgs, SeedArgs, all_runs, named};
+use crate::store::{Key, version};
 use crate::wrap::wrapped;
-use anyhow::{Context, bail};
 use cases::{CASES, MissionCase};
 use run::MissionRun;
-use std::path::PathBuf;
 
 /// Command line.
 #[derive(clap::Args, Clone, Debug)]
@@ -31,9 +29,8 @@ pub struct Args {
     minutes: Option<f64>,
     #[command(flatten)]
     part: PartArgs,
-    /// Write the tables to this file as well (Markdown)
-    #[arg(long, value_name = "FILE")]
-    out: Option<PathBuf>,
+    #[command(flatten)]
+    page: PageArgs,
 }
 
 /// Flies, filters and prints the tables.
@@ -41,36 +38,20 @@ pub struct Args {
 /// # Errors
 /// An unknown case; a flight or a filter that fails; a file that cannot be written.
 pub fn run(arguments: &Args) -> anyhow::Result<()> {
-    let cases = selected(&arguments.cases)?;
+    let all: Vec<&MissionCase> = CASES.iter().collect();
+    let cases = named("case", &all, &arguments.cases, |case| case.name)?;
     let length = arguments.minutes.map_or(String::new(), |minutes| format!("{minutes} min"));
-    let store: Store<MissionRun> = Store::open(arguments.part.store.as_deref(), version("navigation", &length)?)?;
+    let version = version("navigation", &length)?;
     let seeds = arguments.ensemble.seeds();
-    let all = seeds.clone().flat_map(|seed| cases.iter().map(move |case| ((case.name.to_owned(), seed), *case)));
+    let all = seeds.flat_map(|seed| cases.iter().map(move |case| ((case.name.to_owned(), seed), *case)));
     let jobs: Vec<(Key, &MissionCase)> = all.collect();
     let fly = |seed: u64, case: &&MissionCase| run::run(case, seed, arguments.minutes);
-    if run_and_keep("flights", &arguments.part, &jobs, &store, fly)? == Progressed::Part {
-        return Ok(());
-    }
-    let results: Vec<(&MissionCase, Vec<(u64, MissionRun)>)> =
-        cases.iter().map(|case| (*case, store.of(case.name, seeds.clone()))).collect();
-    let text = table::markdown(arguments, &results);
-    if let Some(path) = &arguments.out {
-        std::fs::write(path, wrapped(&text)).with_context(|| path.display().to_string())?;
-    }
-    print!("{text}");
-    Ok(())
-}
-
-fn selected(names: &[String]) -> anyhow::Result<Vec<&'static MissionCase>> {
-    if names.is_empty() {
-        return Ok(CASES.iter().collect());
-    }
-    let find = |name: &String| match CASES.iter().find(|case| case.name == name) {
-        Some(case) => Ok(case),
-        None => {
-            let known: Vec<&str> = CASES.iter().map(|case| case.name).collect();
-            bail!("no case {name}; there are {}", known.join(", "))
-        }
+    let Some(runs) = all_runs("flights", &arguments.part, version, &jobs, fly)? else { return Ok(()) };
+    let of_case = |case: &MissionCase| {
+        let own = jobs.iter().zip(&runs).filter(|(((name, _), _), _)| name == case.name);
+        own.map(|(((_, seed), _), run)| (*seed, run)).collect()
     };
-    names.iter().map(find).collect()
+    let results: Vec<(&MissionCase, Vec<(u64, &MissionRun)>)> =
+        cases.iter().map(|case| (*case, of_case(case))).collect();
+    arguments.page.show(&wrapped(&table::markdown(arguments, &results)))
 }

@@ -8,7 +8,7 @@ use backseat_logs::stats::mean;
 use backseat_report::markdown::markdown_table;
 use std::fmt::Write as _;
 
-type Results<'a> = [(&'a MissionCase, Vec<(u64, MissionRun)>)];
+type Results<'a> = [(&'a MissionCase, Vec<(u64, &'a MissionRun)>)];
 
 /// One row over all seeds.
 struct FilterRow<'a> {
@@ -49,8 +49,8 @@ impl FilterRow<'_> {
 }
 
 /// The rows of one case, in the order in which they were run.
-fn rows(runs: &[(u64, MissionRun)]) -> Vec<FilterRow<'_>> {
-    let mut rows: Vec<FilterRow<'_>> = Vec::new();
+fn rows<'a>(runs: &[(u64, &'a MissionRun)]) -> Vec<FilterRow<'a>> {
+    let mut rows: Vec<FilterRow<'a>> = Vec::new();
     for (seed, run) in runs {
         for (name, measured) in &run.rows {
             match rows.iter_mut().find(|row| row.name == name.as_str()) {

@@ -1,17 +1,19 @@
-//! Medians and intervals of the finished runs.
+//! Medians and intervals of the runs.
 
 use super::item::{Column, Curves, Item};
-use super::studies::Measured;
-use crate::store::Store;
+use super::studies::{Measured, Study};
+use crate::store::Key;
 use backseat_logs::stats::{median, percentile};
 use std::collections::BTreeMap;
 
-/// Items with their finished runs.
+/// Items with their runs.
 pub struct ItemRuns<'a> {
     pub items: &'a [&'static Item],
-    /// Runs that were asked for.
+    /// Of each, with seeds from 1.
     pub runs: u64,
-    pub store: &'a Store<Measured>,
+    /// The program that made them.
+    pub build: String,
+    pub finished: Vec<((Key, &'static Study), Measured)>,
 }
 
 /// One cell over the ensemble.
@@ -38,9 +40,9 @@ pub struct Verdict {
 
 impl Verdict {
     /// Of an item and our table of it; an error that none of the runs has is above print.
-    pub fn of(item: &Item, ours: &Table) -> Self {
+    pub fn of(item: &Item, ours: &Rows) -> Self {
         let mut verdict = Self::default();
-        for (row, cells) in &ours.rows {
+        for (row, cells) in ours {
             let Some(printed) = item.printed.of(row) else { continue };
             for (cell, printed) in cells.iter().zip(printed) {
                 if printed.is_finite() && cell.runs > 0 {
@@ -70,38 +72,32 @@ impl Verdict {
 }
 
 /// An item's cells, row by row.
-pub struct Table {
-    pub runs: usize,
-    pub rows: Vec<(&'static str, Vec<Cell>)>,
-}
+pub type Rows = Vec<(&'static str, Vec<Cell>)>;
 
 /// A curve's name and points.
 pub type Curve = (&'static str, Vec<(f64, f64)>);
 
 impl ItemRuns<'_> {
-    fn finished(&self, item: &Item) -> Vec<Measured> {
-        self.store.of(item.study.name, 1..self.runs + 1).into_iter().map(|(_, measured)| measured).collect()
+    fn finished(&self, item: &Item) -> impl Iterator<Item = &Measured> {
+        self.finished.iter().filter(|((_, study), _)| study.name == item.study.name).map(|(_, measured)| measured)
     }
 
     /// The table of an item.
-    pub fn table(&self, item: &Item) -> Table {
-        let finished = self.finished(item);
+    pub fn table(&self, item: &Item) -> Rows {
         let cell = |row: &str, column: &Column| {
             let value = |run: &Measured| run.rows.get(row).and_then(|row| row.get(column.key)).copied();
-            Cell::of(&finished.iter().filter_map(value).collect::<Vec<_>>())
+            Cell::of(&self.finished(item).filter_map(value).collect::<Vec<_>>())
         };
-        let rows = item.rows.iter().map(|row| (*row, item.columns.iter().map(|column| cell(row, column)).collect()));
-        Table { runs: finished.len(), rows: rows.collect() }
+        item.rows.iter().map(|row| (*row, item.columns.iter().map(|column| cell(row, column)).collect())).collect()
     }
 
     /// Median curves of an item's rows.
     pub fn curves(&self, item: &Item, curves: &Curves) -> Vec<Curve> {
-        let finished = self.finished(item);
         let lines = item.rows.iter().map(|row| {
             let key = format!("{}/{row}", curves.prefix);
             // Runs sample the same times; times are keyed in whole seconds.
             let mut at: BTreeMap<i64, Vec<f64>> = BTreeMap::new();
-            for (t_h, value) in finished.iter().filter_map(|run| run.curves.get(&key)).flatten() {
+            for (t_h, value) in self.finished(item).filter_map(|run| run.curves.get(&key)).flatten() {
                 at.entry((t_h * 3600.0).round() as i64).or_default().push(*value);
             }
             // Where few runs still go on, their median is of others than before.

@@ -1,7 +1,7 @@
 //! The tables as Markdown.
 
 use super::ensemble::{ItemRuns, Verdict};
-use super::text::{grid, seeds, summary};
+use super::grid::{grid, seeds, summary};
 use crate::wrap::wrapped;
 use backseat_report::markdown::markdown_table;
 use std::fmt::Write as _;
@@ -26,13 +26,12 @@ in their place.
 ";
 
 pub fn page(ensemble: &ItemRuns<'_>) -> String {
-    let ItemRuns { items, runs, store } = ensemble;
+    let ItemRuns { items, runs, build, .. } = ensemble;
     let mut out = format!(
         "# The thesis' tables and figures, reproduced\n\n\
-         Made by `cargo lab reproduce --runs {runs}` (version {}, build {}; seeds 1 to {runs}, methods were tuned on seeds from {} on).\n\
+         Made by `cargo lab reproduce --runs {runs}` (version {}, build {build}; seeds 1 to {runs}, methods were tuned on seeds from {} on).\n\
          {INTRODUCTION}\n\n",
         env!("CARGO_PKG_VERSION"),
-        store.build(),
         super::FIRST_TUNING_SEED
     );
     if items.len() > 1 {
@@ -43,7 +42,7 @@ pub fn page(ensemble: &ItemRuns<'_>) -> String {
         let ours = ensemble.table(item);
         let _ = writeln!(out, "\n## {}: {}\n", item.id, item.title);
         let _ = writeln!(out, "Thesis: {}\n", item.thesis);
-        let _ = writeln!(out, "Conditions: {} Runs: {}.\n", item.conditions, seeds(ensemble, &ours));
+        let _ = writeln!(out, "Conditions: {} Runs: {}.\n", item.conditions, seeds(*runs));
         write_grid(&mut out, &grid(item, &ours));
         let _ = writeln!(out, "\n{}{}", Verdict::of(item, &ours).text(), item.differs);
     }

@@ -1,15 +1,15 @@
 //! The tables and plots as a page.
 
 use super::ensemble::{ItemRuns, Verdict};
+use super::grid::{grid, seeds, summary};
 use super::item::Item;
-use super::text::{grid, seeds, summary};
 use backseat_report::plots::{self, Bar, BarPlot, ErrorPlot, Scale, Series};
 use backseat_report::{Provenance, Report, Table};
 
 pub fn html(ensemble: &ItemRuns<'_>) -> String {
     let items = ensemble.items.len();
     let verdict = format!(
-        "{items} tables and figures of the thesis, each as the median and the middle 95 % of up to {} simulated runs.",
+        "{items} tables and figures of the thesis, each as the median and the middle 95 % of {} simulated runs.",
         ensemble.runs
     );
     let mut report = Report::new("The thesis' tables and figures, reproduced", verdict).text(
@@ -21,19 +21,16 @@ pub fn html(ensemble: &ItemRuns<'_>) -> String {
     }
     for item in ensemble.items {
         let ours = ensemble.table(item);
-        report = report
-            .section(&format!("{}: {}", item.id, item.title))
-            .text(&format!("Thesis: {}", item.thesis))
-            .table(table(
-                &format!("Median (middle 95 % of the runs); runs: {}", seeds(ensemble, &ours)),
-                &grid(item, &ours),
-            ));
+        report =
+            report.section(&format!("{}: {}", item.id, item.title)).text(&format!("Thesis: {}", item.thesis)).table(
+                table(&format!("Median (middle 95 % of the runs); runs: {}", seeds(ensemble.runs)), &grid(item, &ours)),
+            );
         report = plots(report, ensemble, item);
         let verdict = Verdict::of(item, &ours).text();
         report = report.text(&format!("{verdict}{}", item.differs)).text(&format!("Conditions: {}", item.conditions));
     }
     let command: Vec<String> = std::env::args_os().skip(1).map(|arg| arg.to_string_lossy().into_owned()).collect();
-    let version = format!("{}, build {}", env!("CARGO_PKG_VERSION"), ensemble.store.build());
+    let version = format!("{}, build {}", env!("CARGO_PKG_VERSION"), ensemble.build);
     let command = format!("cargo lab {}", command.join(" "));
     report.provenance(Provenance { command: &command, seed: None, version: &version }).html()
 }
@@ -49,7 +46,6 @@ fn plots(mut report: Report, ensemble: &ItemRuns<'_>, item: &Item) -> Report {
     let ours = ensemble.table(item);
     if let Some(column) = item.columns.first().filter(|column| !column.is_claim) {
         let bars: Vec<Bar<'_>> = ours
-            .rows
             .iter()
             .filter_map(|(name, cells)| Some((name, cells.first()?)))
             .map(|(name, cell)| Bar { name, value: cell.median, interval: Some(cell.interval) })

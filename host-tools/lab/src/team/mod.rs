@@ -8,11 +8,9 @@
 mod page;
 mod run;
 
-use crate::ensemble::{PageArgs, PartArgs, SeedArgs, all_runs, named};
+use crate::ensemble::{PageArgs, PartArgs, PictureArgs, SeedArgs, all_runs, named};
 use crate::store::{Key, version};
-use anyhow::Context;
 use run::{CASES, TeamCase};
-use std::path::PathBuf;
 
 /// Command line.
 #[derive(clap::Args, Clone, Debug)]
@@ -26,9 +24,8 @@ pub struct Args {
     part: PartArgs,
     #[command(flatten)]
     page: PageArgs,
-    /// Write the picture to this file (SVG)
-    #[arg(long, value_name = "FILE")]
-    picture: Option<PathBuf>,
+    #[command(flatten)]
+    picture: PictureArgs,
 }
 
 /// Flies and prints the page.
@@ -46,8 +43,6 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         |case: &TeamCase| jobs.iter().zip(&runs).filter(|((_, of), _)| of == case).map(|(_, run)| run).collect();
     let flown: Vec<page::FlownCase<'_>> =
         cases.iter().map(|case| page::FlownCase { case: *case, runs: of_case(case) }).collect();
-    if let Some(path) = &args.picture {
-        std::fs::write(path, page::picture(&flown)).with_context(|| path.display().to_string())?;
-    }
+    args.picture.write(|| page::picture(&flown))?;
     args.page.show(&page::page(&flown, args))
 }

@@ -75,9 +75,7 @@ pub fn page(flown: &[FlownCase<'_>], args: &Args) -> String {
         seeds.end - 1,
         flown.iter().map(|flown| flown.runs.len()).sum::<usize>()
     );
-    if let Some(name) = args.picture.as_ref().and_then(|path| path.file_name()) {
-        let _ = writeln!(text, "![Error of the others against time, by case]({})\n", name.display());
-    }
+    text += &args.picture.shown("Error of the others against time, by case");
     let _ = writeln!(text, "| case | |\n|---|---|");
     for FlownCase { case, .. } in flown {
         let _ = writeln!(text, "| {} | {} |", case.name, case.about);

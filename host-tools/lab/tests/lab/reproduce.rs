@@ -22,38 +22,24 @@ const CHEAP: &str = "least-squares-4.3.2.3";
 #[test]
 fn finished_runs_are_kept_and_give_the_same_bytes() {
     let folder = tempfile::tempdir().unwrap();
-    let path = |name: &str| folder.path().join("out").join(name);
-    let arguments = [CHEAP, "--runs", "2", "--report", "out"];
+    let arguments = [CHEAP, "--runs", "2", "--store", "runs.jsonl", "--report", "figures.html", "--out", "tables.md"];
     let first = reproduce(folder.path(), &arguments);
     let text = String::from_utf8_lossy(ok(&first));
-    assert!(text.contains(CHEAP) && text.contains("2, seeds 1 to 2"), "{text}");
-    let kept = |name: &str| std::fs::read(path(name)).unwrap();
-    let (runs, page) = (kept("runs.jsonl"), kept("report.html"));
+    assert!(text.contains(CHEAP) && text.contains("2, seeds 1 to 2") && text.contains("NBLS, 1.4 cm/s"), "{text}");
+    let kept = |name: &str| std::fs::read(folder.path().join(name)).unwrap();
+    let (runs, page) = (kept("runs.jsonl"), kept("figures.html"));
     assert_eq!(runs.iter().filter(|byte| **byte == b'\n').count(), 2);
+    assert_eq!(kept("tables.md"), first.stdout);
 
     let again = reproduce(folder.path(), &arguments);
     assert_eq!(ok(&again), first.stdout);
-    assert_eq!((kept("runs.jsonl"), kept("report.html")), (runs.clone(), page));
+    assert_eq!((kept("runs.jsonl"), kept("figures.html")), (runs.clone(), page));
 
     // Interrupted while it wrote the second run: that one alone is run again.
     let first_line = runs.iter().position(|byte| *byte == b'\n').unwrap() + 1;
-    std::fs::write(path("runs.jsonl"), &runs[..first_line + 20]).unwrap();
-    std::fs::remove_file(path("report.html")).unwrap();
+    std::fs::write(folder.path().join("runs.jsonl"), &runs[..first_line + 20]).unwrap();
     assert_eq!(ok(&reproduce(folder.path(), &arguments)), first.stdout);
     assert_eq!(kept("runs.jsonl"), runs);
-}
-
-#[test]
-fn other_results_are_not_replaced_without_being_told() {
-    let folder = tempfile::tempdir().unwrap();
-    std::fs::write(folder.path().join("tables.md"), "mine").unwrap();
-    let arguments = [CHEAP, "--runs", "1", "--markdown", "tables.md"];
-    let refused = reproduce(folder.path(), &arguments);
-    assert_eq!(refused.status.code(), Some(1));
-    assert!(String::from_utf8_lossy(&refused.stderr).contains("--force"));
-    ok(&reproduce(folder.path(), &[&arguments[..], &["--force"]].concat()));
-    let text = std::fs::read_to_string(folder.path().join("tables.md")).unwrap();
-    assert!(text.contains("NBLS, 1.4 cm/s"), "{text}");
 }
 
 #[test]
@@ -72,13 +58,13 @@ fn two_parts_merged_give_the_same_page_as_one_run() {
     let folder = tempfile::tempdir().unwrap();
     let page = |name: &str| std::fs::read(folder.path().join(name)).unwrap();
     let runs = |more: &[&str]| reproduce(folder.path(), &[&[CHEAP, "--runs", "3"], more].concat());
-    let whole = runs(&["--markdown", "whole.md"]);
+    let whole = runs(&["--out", "whole.md"]);
     for (part, store) in [("1/2", "a.jsonl"), ("2/2", "b.jsonl")] {
         let text = runs(&["--shard", part, "--store", store]);
         assert!(String::from_utf8_lossy(ok(&text)).contains("of 3 runs in"), "{text:?}");
     }
     ok(&lab(folder.path(), &["merge", "a.jsonl", "b.jsonl", "-o", "both.jsonl"]));
-    let merged = runs(&["--store", "both.jsonl", "--markdown", "merged.md"]);
+    let merged = runs(&["--store", "both.jsonl", "--out", "merged.md"]);
     assert_eq!(ok(&merged), ok(&whole));
     assert_eq!(page("merged.md"), page("whole.md"));
     assert_eq!(page("both.jsonl").iter().filter(|byte| **byte == b'\n').count(), 3, "a run was done again");

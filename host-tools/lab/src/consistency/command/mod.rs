@@ -4,20 +4,18 @@ mod figures;
 mod text;
 
 use crate::consistency::{self, Bounds, DeclaredCase, Inside};
-use crate::ensemble::{PartArgs, all_runs};
+use crate::ensemble::{PageArgs, PartArgs, PictureArgs, all_runs};
 use crate::store::{Key, version};
 use crate::wrap::wrapped;
-use anyhow::Context;
 use backseat_logs::stats::median;
 use serde::{Deserialize, Serialize};
-use std::path::PathBuf;
 
 /// Command line.
 #[derive(clap::Args, Clone, Debug)]
 #[command(after_help = "Examples:
   cargo lab consistency
   cargo lab consistency --runs 20 --minutes 5
-  cargo lab consistency --out docs/results/consistency.md --plot docs/results/consistency.svg")]
+  cargo lab consistency --out docs/results/consistency.md --picture docs/results/consistency.svg")]
 pub struct Args {
     /// Seeded flights of each model.
     #[arg(long, default_value_t = 100, value_parser = clap::value_parser!(u64).range(2..=10_000))]
@@ -28,12 +26,10 @@ pub struct Args {
     /// Length of each flight.
     #[arg(long, default_value_t = 15, value_parser = clap::value_parser!(u32).range(2..=60))]
     minutes: u32,
-    /// Write the tables to this file as well (Markdown).
-    #[arg(long, value_name = "FILE")]
-    out: Option<PathBuf>,
-    /// Write a figure of the normalised errors over time.
-    #[arg(long, value_name = "FILE.svg")]
-    plot: Option<PathBuf>,
+    #[command(flatten)]
+    page: PageArgs,
+    #[command(flatten)]
+    picture: PictureArgs,
     #[command(flatten)]
     part: PartArgs,
 }
@@ -120,15 +116,8 @@ pub fn run(arguments: &Args) -> anyhow::Result<()> {
     let [declared, flights]: [Vec<ConsistencyRow>; 2] =
         [finished, flights].map(|of| of.into_iter().flat_map(|finished| finished.rows).collect());
 
-    let text = text::markdown(arguments, &declared, &flights);
-    if let Some(path) = &arguments.out {
-        std::fs::write(path, wrapped(&text)).with_context(|| path.display().to_string())?;
-    }
-    if let Some(path) = &arguments.plot {
-        std::fs::write(path, figures::normalised(&declared)).with_context(|| path.display().to_string())?;
-    }
-    print!("{text}");
-    Ok(())
+    arguments.picture.write(|| figures::normalised(&declared))?;
+    arguments.page.show(&wrapped(&text::markdown(arguments, &declared, &flights)))
 }
 
 /// What is kept of one job.

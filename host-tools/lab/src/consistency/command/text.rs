@@ -29,14 +29,12 @@ pub(super) fn markdown(arguments: &Args, declared: &[ConsistencyRow], flights: &
         env!("CARGO_PKG_VERSION")
     );
     errors(&mut text, declared);
-    if let Some(name) = arguments.plot.as_ref().and_then(|path| path.file_name()) {
-        let _ = writeln!(text, "\n![ANEES of the vehicle over time and its band]({})", name.display());
-    }
     let _ = writeln!(
         text,
-        "\n`ranges to first order` is the filter of the thesis: where a current of 0.3 m/s is unknown, the position across a range is soon\n\
+        "\n{}`ranges to first order` is the filter of the thesis: where a current of 0.3 m/s is unknown, the position across a range is soon\n\
          10 m off, the circle departs from its tangent, and the filter is overconfident. The filter of this project takes a\n\
-         range to second order from where it matters (`range_curvature` of its configuration).\n"
+         range to second order from where it matters (`range_curvature` of its configuration).\n",
+        arguments.picture.shown("ANEES of the vehicle over time and its band")
     );
     measurements(&mut text, declared);
     bounds(&mut text, declared);
