@@ -1,6 +1,7 @@
 //! `cargo lab faults`: the fault table.
 
-use super::{JudgedFlight, Row, Summary, drawn, drawn_markdown, fly, markdown, rows, share, ship_of};
+use super::{JudgedFlight, Row, Summary, drawn, drawn_markdown, fly, markdown, rows, ship_of};
+use crate::ensemble::{PageArgs, write};
 use crate::wrap::wrapped;
 use anyhow::{Context, bail};
 use backseat_link::{Client, Ports};
@@ -20,7 +21,7 @@ use std::sync::atomic::AtomicBool;
   cargo lab faults --random 60 --seed 1
   cargo lab faults --random 60 --only heading_trim_flooding --scenarios drawn
   cargo lab faults --backseat qemu --only lost_ --only packet_ --minutes 8
-  cargo lab faults --out docs/results/fault_table.md --random 60")]
+  cargo lab faults --out docs/results/fault_table.md")]
 pub struct Args {
     /// Seeded flights per row [default: 5; 1 with --random].
     #[arg(long, value_parser = clap::value_parser!(u64).range(1..))]
@@ -32,7 +33,7 @@ pub struct Args {
     #[arg(long, value_name = "NAME")]
     only: Vec<String>,
     /// Instead of the table: so many rows of two or three faults and undeclared effects, with sizes, drawn by --seed,
-    /// each flown --runs times (once unless it is given). With --out they stand below the table.
+    /// each flown --runs times (once unless it is given).
     #[arg(long, value_name = "N")]
     random: Option<usize>,
     /// Seed of what is drawn.
@@ -48,9 +49,8 @@ pub struct Args {
     /// Ends the flights of --backseat qemu after so many minutes.
     #[arg(long, value_name = "M", value_parser = minutes)]
     minutes: Option<f64>,
-    /// Write the table to this file as well (Markdown).
-    #[arg(long, value_name = "FILE")]
-    out: Option<PathBuf>,
+    #[command(flatten)]
+    page: PageArgs,
 }
 
 /// Where the app runs.
@@ -75,12 +75,12 @@ pub fn run(arguments: &Args) -> anyhow::Result<()> {
     if arguments.backseat == Backseat::Qemu {
         return in_qemu(arguments);
     }
-    let drawn_rows = arguments.random.map(|count| drawn_rows(count, arguments)).transpose()?;
-    if arguments.out.is_none()
-        && let Some(rows) = &drawn_rows
-    {
-        print_drawn(&flown(rows, arguments.runs.unwrap_or(1), arguments)?);
-        return Ok(());
+    if let Some(count) = arguments.random {
+        let runs = arguments.runs.unwrap_or(1);
+        let summaries = flown(&drawn_rows(count, arguments)?, runs, arguments)?;
+        let made_by = format!("cargo lab faults --random {count} --seed {} --runs {runs}", arguments.seed);
+        // a drawn row has no limits of its own to fail
+        return arguments.page.show(&wrapped(&drawn_markdown(&summaries, &made_by)));
     }
     let runs = arguments.runs.unwrap_or(5);
     let summaries = flown(&chosen(&arguments.only)?, runs, arguments)?;
@@ -88,20 +88,7 @@ pub fn run(arguments: &Args) -> anyhow::Result<()> {
     for name in &arguments.only {
         made_by += &format!(" --only {name}");
     }
-    let mut text = markdown(&summaries, &made_by);
-    if let Some(rows) = &drawn_rows {
-        let made_by = format!(
-            "cargo lab faults --random {} --seed {} --runs {}",
-            rows.len(),
-            arguments.seed,
-            arguments.runs.unwrap_or(1)
-        );
-        text += &drawn_markdown(&flown(rows, arguments.runs.unwrap_or(1), arguments)?, &made_by);
-    }
-    if let Some(path) = &arguments.out {
-        std::fs::write(path, wrapped(&text)).with_context(|| path.display().to_string())?;
-    }
-    print!("{text}");
+    arguments.page.show(&wrapped(&markdown(&summaries, &made_by)))?;
     let failed: Vec<&str> = summaries.iter().filter(|s| !s.passes()).map(|s| s.row.name.as_str()).collect();
     if !failed.is_empty() {
         bail!("{} of {} rows fail: {}", failed.len(), summaries.len(), failed.join(", "));
@@ -112,19 +99,14 @@ pub fn run(arguments: &Args) -> anyhow::Result<()> {
 /// The chosen ones of so many drawn rows; writes their scenarios where --scenarios asks for them.
 fn drawn_rows(count: usize, arguments: &Args) -> anyhow::Result<Vec<Row>> {
     let mut drawn = drawn(count, arguments.seed)?;
-    if arguments.out.is_none() {
-        choose(&mut drawn, &arguments.only, |(row, _)| &row.name)?;
-    }
+    choose(&mut drawn, &arguments.only, |(row, _)| &row.name)?;
     if let Some(folder) = &arguments.scenarios {
         std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
         for (row, text) in &drawn {
-            let path = folder.join(format!("{}.toml", row.name));
             let text = text.replace("\"../iver3.toml\"", "\"iver3.toml\"");
-            std::fs::write(&path, text).with_context(|| path.display().to_string())?;
+            write(&folder.join(format!("{}.toml", row.name)), &text)?;
         }
-        let path = folder.join("iver3.toml");
-        std::fs::write(&path, include_str!("../../../../hil-sim/scenarios/iver3.toml"))
-            .with_context(|| path.display().to_string())?;
+        write(&folder.join("iver3.toml"), include_str!("../../../../hil-sim/scenarios/iver3.toml"))?;
     }
     Ok(drawn.into_iter().map(|(row, _)| row).collect())
 }
@@ -180,29 +162,6 @@ fn digest(row: &Row, seed: u64, ports: impl Ports) -> anyhow::Result<u64> {
     scenario.settings.seed = seed;
     let (mut client, mut ship) = (Client::new(ports), ship_of(&scenario)?);
     Ok(flight::fly_with_ship(&scenario, &mut client, ship.as_mut(), None, &AtomicBool::new(false), |_| ())?.digest)
-}
-
-/// A line a drawn row, and the share of silent flights. A drawn row has no limits of its own to fail.
-fn print_drawn(summaries: &[Summary]) {
-    for Summary { row, outcomes } in summaries {
-        let faults: Vec<String> = row.scenario.settings.faults.iter().map(ToString::to_string).collect();
-        for flight in outcomes {
-            let [silent_s, deep_s] = flight.silent_s;
-            println!(
-                "{}: silent {silent_s:.0} s, in depth {deep_s:.0} s; error {:.1} m at most, {:.1} m deep, navigating {:.0} %; {}{}",
-                row.name,
-                flight.error_m[1],
-                flight.deepest_m,
-                100.0 * flight.navigating,
-                if flight.violations.is_empty() { "kept" } else { "BROKEN " },
-                flight.violations.join("; "),
-            );
-        }
-        if !faults.is_empty() {
-            println!("    {}", faults.join(", "));
-        }
-    }
-    println!("{}", share(summaries));
 }
 
 fn chosen(only: &[String]) -> anyhow::Result<Vec<Row>> {

@@ -20,4 +20,4 @@ pub use commands::CommandWatch;
 pub use judge::{Judge, JudgedFlight, Spell};
 pub use random::drawn;
 pub use rows::{Row, fly, rows, ship_of};
-pub use table::{Summary, drawn_markdown, markdown, share};
+pub use table::{Summary, drawn_markdown, markdown};

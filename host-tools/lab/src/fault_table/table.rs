@@ -189,7 +189,7 @@ pub fn markdown(summaries: &[Summary], made_by: &str) -> String {
 /// The section of drawn rows.
 #[must_use]
 pub fn drawn_markdown(summaries: &[Summary], made_by: &str) -> String {
-    let mut text = format!("\n## Combinations drawn by a seed\n\nMade by `{made_by}`. {}\n\n", share(summaries));
+    let mut text = format!("## Combinations drawn by a seed\n\nMade by `{made_by}`. {}\n\n", share(summaries));
     text += "Two or three faults and undeclared effects at a time, with sizes from what nobody notices to what nobody \
              misses. Only the rules that hold for every row are judged.\n\n";
     let mut table = markdown_table(["drawn", "silent, in depth [s]", "error max [m]", "deepest [m]", "navigating", ""]);
@@ -212,8 +212,7 @@ pub fn drawn_markdown(summaries: &[Summary], made_by: &str) -> String {
 
 /// How many flights were wrong in silence for too long, and the error that is called good: every row, whether it can
 /// be seen on board or not.
-#[must_use]
-pub fn share(summaries: &[Summary]) -> String {
+fn share(summaries: &[Summary]) -> String {
     let flights = || summaries.iter().flat_map(|summary| &summary.outcomes);
     let (silent, all) = (flights().filter(|flight| !flight.is_honest()).count(), flights().count());
     let mut text = format!(
