@@ -44,17 +44,21 @@ impl Wrong {
         }
     }
 
-    /// The log as it would have been recorded; `None` if it has none of the columns.
+    /// The log as it would have been recorded; `None` if it lacks one of the columns.
     pub fn apply(&self, log: &Log) -> Option<Log> {
-        let mut log = log.clone();
-        let has =
-            |log: &Log, mut columns: &mut dyn Iterator<Item = Column>| Iterator::all(&mut columns, |c| log.has(c));
+        let needed = match &self.change {
+            Change::Places(places) => places.iter().map(|place| place.1).collect(),
+            _ => self.columns(),
+        };
+        if !needed.iter().all(|column| log.has(*column)) {
+            return None;
+        }
+        let with = |column: Column| (0..log.rows.len()).filter(move |&row| log.rows[row].get(column).is_some());
+        let mut changed = log.clone();
+        let rows = &mut changed.rows;
         match &self.change {
             Change::Values(changes) => {
-                if !has(&log, &mut changes.iter().map(|change| change.0)) {
-                    return None;
-                }
-                for row in &mut log.rows {
+                for row in rows {
                     for (column, change) in changes {
                         if let Some(value) = row.get(*column) {
                             row.set(*column, change(value));
@@ -62,18 +66,9 @@ impl Wrong {
                     }
                 }
             }
-            Change::Rows(columns, change) => {
-                if !has(&log, &mut columns.iter().copied()) {
-                    return None;
-                }
-                log.rows.iter_mut().for_each(change);
-            }
+            Change::Rows(_, change) => rows.iter_mut().for_each(change),
             Change::Places(places) => {
-                if !has(&log, &mut places.iter().map(|place| place.1)) {
-                    return None;
-                }
-                for row in &mut log.rows {
-                    let old = row.clone();
+                for (row, old) in rows.iter_mut().zip(&log.rows) {
                     for (target, source, factor) in places {
                         row.set(*target, old.get(*source).map_or(f64::NAN, |value| factor * value));
                     }
@@ -81,69 +76,52 @@ impl Wrong {
             }
             Change::Time(factor) => {
                 let first = log.rows.first()?.time_us;
-                for row in &mut log.rows {
+                for row in rows {
                     row.time_us = ((row.time_us - first) as f64 * factor) as u64;
                 }
             }
             Change::Shuffled(columns) => {
-                if !has(&log, &mut columns.iter().copied()) {
-                    return None;
-                }
-                let places: Vec<usize> =
-                    (0..log.rows.len()).filter(|&row| log.rows[row].get(columns[0]).is_some()).collect();
-                let mut order: Vec<usize> = places.clone();
+                let mut order: Vec<usize> = with(columns[0]).collect();
                 let mut random = 1_u64;
                 for k in (1..order.len()).rev() {
                     random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
                     order.swap(k, (random >> 33) as usize % (k + 1));
                 }
-                let old = log.rows.clone();
-                for (to, from) in places.into_iter().zip(order) {
+                for (to, from) in with(columns[0]).zip(order) {
                     for column in columns {
-                        log.rows[to].set(*column, old[from].get(*column).unwrap_or(f64::NAN));
+                        rows[to].set(*column, log.rows[from].get(*column).unwrap_or(f64::NAN));
                     }
                 }
             }
             Change::Held(columns, after) => {
-                if !has(&log, &mut columns.iter().copied()) {
-                    return None;
-                }
-                let with: Vec<usize> =
-                    (0..log.rows.len()).filter(|&row| log.rows[row].get(columns[0]).is_some()).collect();
-                let start = with.len() * after / 100;
-                let first = log.rows[*with.get(start)?].clone();
-                for row in with.into_iter().skip(start) {
+                let start = with(columns[0]).count() * after / 100;
+                let first = &log.rows[with(columns[0]).nth(start)?];
+                for row in with(columns[0]).skip(start) {
                     for column in columns {
-                        log.rows[row].set(*column, first.get(*column)?);
+                        rows[row].set(*column, first.get(*column)?);
                     }
                 }
             }
             Change::Filled(columns) => {
-                if !has(&log, &mut columns.iter().copied()) {
-                    return None;
-                }
                 // where nearly every row has one, nothing is held
                 if log.column(columns[0]).count() * 10 > log.rows.len() * 9 {
                     return None;
                 }
                 for column in columns {
                     let mut last = None;
-                    for row in &mut log.rows {
+                    for row in rows.iter_mut() {
                         last = row.get(*column).or(last);
                         row.set(*column, last.unwrap_or(f64::NAN));
                     }
                 }
             }
             Change::Lost(column, name) => {
-                if !log.has(*column) {
-                    return None;
-                }
-                log.rows.iter_mut().for_each(|row| {
+                rows.iter_mut().for_each(|row| {
                     row.set(*column, f64::NAN);
                 });
-                log.unused_columns.push((*name).to_owned());
+                changed.unused_columns.push((*name).to_owned());
             }
         }
-        Some(log)
+        Some(changed)
     }
 }

@@ -64,12 +64,6 @@ enum Done {
     Clean { what: String, accused: Vec<String> },
 }
 
-/// The store wants an object.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-struct ExaminedRun {
-    done: Done,
-}
-
 enum Job {
     Base(Base),
     Clean(Clean),
@@ -94,18 +88,16 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     }));
     let version = version("wrong-recordings", &format!("{} s", args.seconds))?;
     let done = all_runs("logs", &args.part, version, &jobs, |seed, job| {
-        Ok(ExaminedRun {
-            done: match job {
-                Job::Base(base) => wrongly(&base.log()?),
-                Job::Clean(kind) => {
-                    let (what, log) = logs::clean(*kind, seed)?;
-                    Done::Clean { what, accused: accusations(&log) }
-                }
-            },
+        Ok(match job {
+            Job::Base(base) => wrongly(&base.log()?),
+            Job::Clean(kind) => {
+                let (what, log) = logs::clean(*kind, seed)?;
+                Done::Clean { what, accused: accusations(&log) }
+            }
         })
     })?;
     let Some(done) = done else { return Ok(()) };
-    let row = |(base, run): (&Base, &ExaminedRun)| match &run.done {
+    let row = |(base, done): (&Base, &Done)| match done {
         Done::Wrong { clean, judged } => Some(Row {
             name: base.name(),
             is_held_out: matches!(base, Base::File(path) if args.held_out.contains(path)),
@@ -114,7 +106,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         }),
         Done::Clean { .. } => None,
     };
-    let clean = jobs.iter().zip(&done).filter_map(|(((_, seed), job), run)| match (job, &run.done) {
+    let clean = jobs.iter().zip(&done).filter_map(|(((_, seed), job), done)| match (job, done) {
         (Job::Clean(kind), Done::Clean { what, accused }) => {
             Some((*kind, *seed, format!("{}: {what}", page::kind(*kind)), accused.clone()))
         }

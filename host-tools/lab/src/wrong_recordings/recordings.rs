@@ -27,15 +27,24 @@ pub fn negated(columns: &[Column]) -> Wrong {
 }
 
 pub fn swapped(a: Column, b: Column) -> Wrong {
-    Wrong {
-        name: format!("{} and {} exchanged", a.name(), b.name()),
-        change: Change::Places(vec![(a, b, 1.0), (b, a, 1.0)]),
-        mends: vec![format!("{}\n{}", exchanged(a, b, ""), exchanged(b, a, ""))],
-    }
+    pairs(&format!("{} and {} exchanged", a.name(), b.name()), &[(a, b)])
 }
 
 pub fn other(name: &str, change: Change, mend: &str) -> Wrong {
     Wrong { name: name.to_owned(), change, mends: vec![mend.to_owned()] }
+}
+
+/// Columns become others, times a factor; a mapping undoes it by these lines.
+pub fn places(name: &str, places: &[(Column, Column, f64)], undone: &[(Column, Column, &str)]) -> Wrong {
+    let lines: Vec<String> = undone.iter().map(|(target, source, rest)| exchanged(*target, *source, rest)).collect();
+    other(name, Change::Places(places.to_vec()), &lines.join("\n"))
+}
+
+/// Pairs of columns that are exchanged, each by itself.
+pub fn pairs(name: &str, pairs: &[(Column, Column)]) -> Wrong {
+    let both: Vec<(Column, Column)> = pairs.iter().flat_map(|(a, b)| [(*a, *b), (*b, *a)]).collect();
+    let lines: Vec<(Column, Column, &str)> = both.iter().map(|(a, b)| (*a, *b, "")).collect();
+    places(name, &both.iter().map(|(a, b)| (*a, *b, 1.0)).collect::<Vec<_>>(), &lines)
 }
 
 fn scaled(column: Column, unit: &str, factor: f64) -> Wrong {
@@ -65,7 +74,7 @@ fn first() -> Vec<Wrong> {
     let heading =
         |name: &str, change: fn(f64) -> f64, rest: &str| values(name, &[Heading], move |x| wrapped(change(x)), rest);
     let quarter = ", offset = 1.5707963";
-    let mut list = vec![
+    vec![
         heading("heading negated", |x| -x, ", sign = -1"),
         heading("heading from east, counter-clockwise", |x| FRAC_PI_2 - x, ", sign = -1, offset = -1.5707963"),
         heading("heading from east, clockwise", |x| x - FRAC_PI_2, quarter),
@@ -81,7 +90,7 @@ fn first() -> Vec<Wrong> {
         negated(&[GpsX, GpsY]).or(line(Heading, ", offset = 3.1415927")),
         values("fixes in km", &[GpsX, GpsY], |x| x * 1e-3, ", unit = \"km\""),
         values("fixes in feet", &[GpsX, GpsY], |x| x / 0.3048, ", unit = \"ft\""),
-        swapped(FinTop, FinPort), // replaced below by pairs
+        pairs("rudder and elevator exchanged", &[(FinTop, FinPort), (FinBottom, FinStarboard)]),
         negated(&[FinTop, FinBottom]).or(swapped(FinTop, FinBottom).mends[0].clone()),
         negated(&[FinPort, FinStarboard]).or(swapped(FinPort, FinStarboard).mends[0].clone()),
         negated(&[FinTop]),
@@ -139,42 +148,32 @@ fn first() -> Vec<Wrong> {
         negated(&[ShipY]),
         swapped(ShipGpsX, ShipGpsY),
         negated(&[ShipGpsY]),
-    ];
-    let pairs = [(FinTop, FinPort), (FinBottom, FinStarboard), (FinPort, FinTop), (FinStarboard, FinBottom)];
-    let at = list.iter().position(|wrong| wrong.name.starts_with("fin_top_rad and fin_port")).unwrap_or(0);
-    list[at] = Wrong {
-        name: "rudder and elevator exchanged".to_owned(),
-        change: Change::Places(pairs.iter().map(|(a, b)| (*a, *b, 1.0)).collect()),
-        mends: vec![pairs.iter().map(|(a, b)| exchanged(*a, *b, "")).collect::<Vec<_>>().join("\n")],
-    };
-    let ship = [(ShipX, ShipY), (ShipY, ShipX), (ShipGpsX, ShipGpsY), (ShipGpsY, ShipGpsX)];
-    list.push(Wrong {
-        name: "all of the ship's places exchanged".to_owned(),
-        change: Change::Places(ship.iter().map(|(a, b)| (*a, *b, 1.0)).collect()),
-        mends: vec![ship.iter().map(|(a, b)| exchanged(*a, *b, "")).collect::<Vec<_>>().join("\n")],
-    });
-    let mut other = |name: &str, change: Change, mend: &str| {
-        list.push(Wrong { name: name.to_owned(), change, mends: vec![mend.to_owned()] });
-    };
-    other("time in ms", Change::Time(1e3), "time = { column = \"t_s\", unit = \"ms\" }");
-    other("time in min", Change::Time(1.0 / 60.0), "time = { column = \"t_s\", unit = \"min\" }");
-    other("time in hours", Change::Time(1.0 / 3600.0), "time = { column = \"t_s\", unit = \"h\" }");
-    other("no time", Change::Time(0.0), "");
-    other("heading in random order", Change::Shuffled(vec![Heading]), "");
-    other("depth in random order", Change::Shuffled(vec![Depth]), "");
-    other("fixes in random order", Change::Shuffled(vec![GpsX, GpsY]), "");
-    other("heading frozen", Change::Held(vec![Heading], 30), "");
-    other("heading frozen from the start", Change::Held(vec![Heading], 0), "");
-    other("pitch frozen", Change::Held(vec![Pitch], 30), "");
-    other("depth frozen", Change::Held(vec![Depth], 0), "");
-    other("fixes held through the dive", Change::Filled(vec![GpsX, GpsY]), "");
-    other("fixes held", Change::Held(vec![GpsX, GpsY], 30), "");
-    let misspelt = "columns.fin_port_rad = { column = \"fin_prot_rad\" }";
-    other("a fin misspelt", Change::Lost(FinPort, "fin_prot_rad"), misspelt);
-    other("a fin missing", Change::Lost(FinBottom, "rudder_lower"), "");
-    let misspelt = "columns.heading_rad = { column = \"headng_rad\" }";
-    other("heading misspelt", Change::Lost(Heading, "headng_rad"), misspelt);
-    list
+        pairs("all of the ship's places exchanged", &[(ShipX, ShipY), (ShipGpsX, ShipGpsY)]),
+        other("time in ms", Change::Time(1e3), "time = { column = \"t_s\", unit = \"ms\" }"),
+        other("time in min", Change::Time(1.0 / 60.0), "time = { column = \"t_s\", unit = \"min\" }"),
+        other("time in hours", Change::Time(1.0 / 3600.0), "time = { column = \"t_s\", unit = \"h\" }"),
+        other("no time", Change::Time(0.0), ""),
+        other("heading in random order", Change::Shuffled(vec![Heading]), ""),
+        other("depth in random order", Change::Shuffled(vec![Depth]), ""),
+        other("fixes in random order", Change::Shuffled(vec![GpsX, GpsY]), ""),
+        other("heading frozen", Change::Held(vec![Heading], 30), ""),
+        other("heading frozen from the start", Change::Held(vec![Heading], 0), ""),
+        other("pitch frozen", Change::Held(vec![Pitch], 30), ""),
+        other("depth frozen", Change::Held(vec![Depth], 0), ""),
+        other("fixes held through the dive", Change::Filled(vec![GpsX, GpsY]), ""),
+        other("fixes held", Change::Held(vec![GpsX, GpsY], 30), ""),
+        other(
+            "a fin misspelt",
+            Change::Lost(FinPort, "fin_prot_rad"),
+            "columns.fin_port_rad = { column = \"fin_prot_rad\" }",
+        ),
+        other("a fin missing", Change::Lost(FinBottom, "rudder_lower"), ""),
+        other(
+            "heading misspelt",
+            Change::Lost(Heading, "headng_rad"),
+            "columns.heading_rad = { column = \"headng_rad\" }",
+        ),
+    ]
 }
 
 /// Those that showed, at a first look, what the tests lacked: a third of them was not named.
@@ -183,14 +182,6 @@ fn looked_at() -> Vec<Wrong> {
     let wrapped = |x: f64| (x + PI).rem_euclid(2.0 * PI) - PI;
     let dvl = [DvlU, DvlV, DvlW];
     let n_per_m3 = 1025.0 * 9.81;
-    let lines = |pairs: &[(Column, Column, &str)]| {
-        pairs.iter().map(|(target, source, rest)| exchanged(*target, *source, rest)).collect::<Vec<_>>().join("\n")
-    };
-    let turned = |name: &str, pairs: [(Column, Column, f64); 2], mend: String| Wrong {
-        name: name.to_owned(),
-        change: Change::Places(pairs.to_vec()),
-        mends: vec![mend],
-    };
     vec![
         values(
             "heading in degrees, of the stern",
@@ -223,39 +214,32 @@ fn looked_at() -> Vec<Wrong> {
         negated(&[Pitch, Q]),
         negated(&[DvlU, DvlV]).or(line(Heading, ", offset = 3.1415927")),
         negated(&[DvlU, DvlW]),
-        turned(
+        places(
             "own axes turned by a quarter",
-            [(GpsX, GpsY, 1.0), (GpsY, GpsX, -1.0)],
-            lines(&[(GpsX, GpsY, ", sign = -1"), (GpsY, GpsX, "")]),
+            &[(GpsX, GpsY, 1.0), (GpsY, GpsX, -1.0)],
+            &[(GpsX, GpsY, ", sign = -1"), (GpsY, GpsX, "")],
         )
         .or(line(Heading, ", offset = -1.5707963")),
-        turned(
+        places(
             "DVL turned by a quarter",
-            [(DvlU, DvlV, 1.0), (DvlV, DvlU, -1.0)],
-            lines(&[(DvlU, DvlV, ", sign = -1"), (DvlV, DvlU, "")]),
+            &[(DvlU, DvlV, 1.0), (DvlV, DvlU, -1.0)],
+            &[(DvlU, DvlV, ", sign = -1"), (DvlV, DvlU, "")],
         ),
-        turned(
+        places(
             "roll and pitch turned by a quarter",
-            [(Roll, Pitch, 1.0), (Pitch, Roll, -1.0)],
-            lines(&[(Roll, Pitch, ", sign = -1"), (Pitch, Roll, "")]),
+            &[(Roll, Pitch, 1.0), (Pitch, Roll, -1.0)],
+            &[(Roll, Pitch, ", sign = -1"), (Pitch, Roll, "")],
         ),
-        Wrong {
-            name: "time in us".to_owned(),
-            change: Change::Time(1e6),
-            mends: vec!["time = { column = \"t_s\", unit = \"us\" }".to_owned()],
-        },
-        Wrong { name: "roll frozen".to_owned(), change: Change::Held(vec![Roll], 50), mends: vec![String::new()] },
-        Wrong { name: "DVL frozen".to_owned(), change: Change::Held(dvl.to_vec(), 50), mends: vec![String::new()] },
-        Wrong {
-            name: "pitch in random order".to_owned(),
-            change: Change::Shuffled(vec![Pitch]),
-            mends: vec![String::new()],
-        },
-        Wrong {
-            name: "top fin by another name".to_owned(),
-            change: Change::Lost(FinTop, "upper_rudder_rad"),
-            mends: vec!["columns.fin_top_rad = { column = \"upper_rudder_rad\" }".to_owned(), String::new()],
-        },
+        other("time in us", Change::Time(1e6), "time = { column = \"t_s\", unit = \"us\" }"),
+        other("roll frozen", Change::Held(vec![Roll], 50), ""),
+        other("DVL frozen", Change::Held(dvl.to_vec(), 50), ""),
+        other("pitch in random order", Change::Shuffled(vec![Pitch]), ""),
+        other(
+            "top fin by another name",
+            Change::Lost(FinTop, "upper_rudder_rad"),
+            "columns.fin_top_rad = { column = \"upper_rudder_rad\" }",
+        )
+        .or(""),
     ]
 }
 
@@ -264,11 +248,6 @@ fn later() -> Vec<Wrong> {
     use Column::*;
     let n_per_m3 = 1025.0 * 9.81;
     let wrapped = |x: f64| (x + PI).rem_euclid(2.0 * PI) - PI;
-    let cycle = [(DvlU, DvlV, 1.0), (DvlV, DvlW, 1.0), (DvlW, DvlU, 1.0)];
-    let uncycle = [(DvlU, DvlW), (DvlV, DvlU), (DvlW, DvlV)];
-    let uncycle: Vec<String> = uncycle.iter().map(|(a, b)| exchanged(*a, *b, "")).collect();
-    let quarter = [(ShipX, ShipY, 1.0), (ShipY, ShipX, -1.0)];
-    let unquarter = format!("{}\n{}", exchanged(ShipX, ShipY, ", sign = -1"), exchanged(ShipY, ShipX, ""));
     vec![
         values("heading in degrees, negated", &[Heading], |x| -x.to_degrees(), ", unit = \"deg\", sign = -1"),
         values("heading and yaw rate negated", &[Heading, R], move |x| wrapped(-x), ", sign = -1"),
@@ -280,7 +259,11 @@ fn later() -> Vec<Wrong> {
         values("yaw rate in degrees a minute", &[R], |x| x.to_degrees() * 60.0, ", scale = 0.0002909"),
         scaled(DvlV, "mm/s", 1e-3),
         scaled(DvlW, "cm/s", 1e-2),
-        other("DVL axes in a cycle", Change::Places(cycle.to_vec()), &uncycle.join("\n")),
+        places(
+            "DVL axes in a cycle",
+            &[(DvlU, DvlV, 1.0), (DvlV, DvlW, 1.0), (DvlW, DvlU, 1.0)],
+            &[(DvlU, DvlW, ""), (DvlV, DvlU, ""), (DvlW, DvlV, "")],
+        ),
         values("DVL converted from knots twice", &[DvlU, DvlV, DvlW], |x| x * 0.514_444, ", scale = 1.9438445"),
         scaled(SpeedLog, "mm/s", 1e-3),
         values("speed converted from knots twice", &[SpeedLog], |x| x * 0.514_444, ", scale = 1.9438445"),
@@ -289,7 +272,11 @@ fn later() -> Vec<Wrong> {
         values("range as ms of travel time", &[Range], |x| x / 1.5, ", scale = 1.5000000"),
         scaled(Range, "mm", 1e-3),
         values("ship's places in km", &[ShipX, ShipY], |x| x * 1e-3, ", unit = \"km\""),
-        other("ship's places turned by a quarter", Change::Places(quarter.to_vec()), &unquarter),
+        places(
+            "ship's places turned by a quarter",
+            &[(ShipX, ShipY, 1.0), (ShipY, ShipX, -1.0)],
+            &[(ShipX, ShipY, ", sign = -1"), (ShipY, ShipX, "")],
+        ),
         other("time in ns", Change::Time(1e9), "time = { column = \"t_s\", unit = \"ns\" }"),
         other("yaw rate in random order", Change::Shuffled(vec![R]), ""),
         other("DVL in random order", Change::Shuffled(vec![DvlU, DvlV, DvlW]), ""),
