@@ -7,7 +7,7 @@ use super::motion::rotation;
 use backseat_core::navigation::{FusionOutcome, Navigator, Sensor};
 use backseat_core::state::{VEHICLE_STATES, VehicleState, wrap_angle};
 use backseat_estimation::filter::{self, FilterOptions, FusionHistory};
-use backseat_logs::DataError;
+use backseat_logs::{DataError, Log, VehicleFile};
 use nalgebra::{DMatrix, DVector, Vector3};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
@@ -65,28 +65,34 @@ pub fn run_in(world: &DeclaredCase, options: &FilterOptions, seeds: &[u64]) -> R
 }
 
 fn filtered(world: &DeclaredCase, options: &FilterOptions, flown: &DeclaredFlight) -> Result<FilteredRun, DataError> {
+    filtered_run(&flown.log, &world.vehicle, options, |navigator, second| {
+        flown.truth.get(second).map(|truth| ErrorSample::of(navigator, &truth.vehicle, &truth.effects))
+    })
+}
+
+/// A filter over a log, with what `sample` says of it at each whole second.
+pub(super) fn filtered_run(
+    log: &Log,
+    vehicle: &VehicleFile,
+    options: &FilterOptions,
+    sample: impl Fn(&Navigator, usize) -> Option<ErrorSample>,
+) -> Result<FilteredRun, DataError> {
     let mut samples = Vec::new();
     let observe = |navigator: &Navigator| {
-        if let Some(second) = whole_second(navigator) {
-            let sample =
-                flown.truth.get(second).map(|truth| ErrorSample::of(navigator, &truth.vehicle, &truth.effects));
+        let time_us = navigator.time_us();
+        if time_us.is_multiple_of(1_000_000) {
+            let second = (time_us / 1_000_000) as usize;
             samples.resize(second, None);
-            samples.push(sample);
+            samples.push(sample(navigator, second));
         }
     };
-    let outcome = filter::run_watched(&flown.log, &world.vehicle, options, |_| {}, observe)?;
+    let outcome = filter::run_watched(log, vehicle, options, |_| {}, observe)?;
     let (squares, rejected) = squares(&outcome.fusions);
     Ok(FilteredRun { samples, squares, rejected })
 }
 
-/// The filter's time, if it is a whole second.
-pub(super) fn whole_second(navigator: &Navigator) -> Option<usize> {
-    let time_us = navigator.time_us();
-    time_us.is_multiple_of(1_000_000).then_some((time_us / 1_000_000) as usize)
-}
-
 /// Innovations by sensor, and how many scalars were not fused.
-pub(super) fn squares(fusions: &FusionHistory) -> (BTreeMap<&'static str, Vec<Square>>, u64) {
+fn squares(fusions: &FusionHistory) -> (BTreeMap<&'static str, Vec<Square>>, u64) {
     let mut squares = BTreeMap::<_, Vec<Square>>::new();
     let mut rejected = 0;
     for record in fusions.iter() {

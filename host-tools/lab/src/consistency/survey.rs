@@ -5,12 +5,12 @@
 //! consistent within the band here; it must not be overconfident.
 
 use super::block::Block;
-use super::ensemble::{Ensemble, ErrorSample, FilteredRun, SHIP_IN_PACKETS, add_square, squares, whole_second};
+use super::ensemble::{Ensemble, ErrorSample, FilteredRun, SHIP_IN_PACKETS, add_square, filtered_run};
 use super::packets;
 use crate::flights;
 use backseat_core::navigation::{Navigator, ProcessModel, nees_position};
 use backseat_core::state::VehicleState;
-use backseat_estimation::filter::{self, FilterOptions};
+use backseat_estimation::filter::FilterOptions;
 use hil_sim::flight::FlightLog;
 use hil_sim::rng::{Source, Stream};
 use hil_sim::scenario::{Mission, Scenario};
@@ -24,11 +24,6 @@ const CURRENT_MPS: f64 = 0.3;
 const LINES: NonZeroU16 = NonZeroU16::new(4).unwrap();
 const LENGTH_M: f64 = 150.0;
 const SPACING_M: f64 = 30.0;
-
-struct SurveyFilter {
-    name: &'static str,
-    options: FilterOptions,
-}
 
 /// Flies still water, or currents drawn from their prior, and filters it: an ensemble for each filter.
 ///
@@ -64,34 +59,25 @@ fn fly(minutes: u32, seed: u64, current: bool) -> anyhow::Result<Vec<(String, Fi
     let mut runs = Vec::new();
     let filters = if current {
         dynamic.navigation.effect_states = FilterOptions::water_current();
-        vec![SurveyFilter { name: "dynamic, current drawn from its prior", options: dynamic }]
+        vec![("dynamic, current drawn from its prior", dynamic)]
     } else {
         runs.push(("backseat: dynamic, packets".to_owned(), on_board(&scenario, &flight)));
-        vec![
-            SurveyFilter { name: "dynamic", options: dynamic },
-            SurveyFilter { name: "kinematic + DVL", options: of(ProcessModel::Kinematic, true) },
-        ]
+        vec![("dynamic", dynamic), ("kinematic + DVL", of(ProcessModel::Kinematic, true))]
     };
-    for filter in filters {
-        runs.push((filter.name.to_owned(), filtered(&scenario, &flight, &filter.options)?));
+    for (name, options) in filters {
+        runs.push((name.to_owned(), filtered(&scenario, &flight, &options)?));
     }
     Ok(runs)
 }
 
 fn filtered(scenario: &Scenario, flight: &FlightLog, options: &FilterOptions) -> anyhow::Result<FilteredRun> {
-    let mut samples = Vec::new();
     let effects = options.navigation.effect_states.len();
-    let observe = |navigator: &Navigator| {
-        let Some(second) = whole_second(navigator) else { return };
-        let sample = true_at(flight, second).map(|truth| {
-            ErrorSample::of(navigator, &VehicleState::from_column_slice(&truth.state), &truth.current_mps[..effects])
-        });
-        samples.resize(second, None);
-        samples.push(sample);
+    let sample = |navigator: &Navigator, second| {
+        let truth = true_at(flight, second)?;
+        let state = VehicleState::from_column_slice(&truth.state);
+        Some(ErrorSample::of(navigator, &state, &truth.current_mps[..effects]))
     };
-    let outcome = filter::run_watched(&flight.log, &scenario.vehicle, options, |_| {}, observe)?;
-    let (squares, rejected) = squares(&outcome.fusions);
-    Ok(FilteredRun { samples, squares, rejected })
+    Ok(filtered_run(&flight.log, &scenario.vehicle, options, sample)?)
 }
 
 fn true_at(flight: &FlightLog, second: usize) -> Option<&hil_sim::truth::VehicleTruth> {
