@@ -77,6 +77,13 @@ impl Options {
         box_ratio: [0.3, 3.0],
         cross_drag: false,
     };
+
+    /// With the noise, one sigma, of velocity, m/s, of angular rates, rad/s, and of roll and pitch, rad.
+    #[must_use]
+    pub const fn of_noise(linear_mps: f64, angular_radps: f64, roll_pitch_rad: f64) -> Self {
+        let (v, w) = (linear_mps, angular_radps);
+        Self { velocity_noise: [v, v, v, w, w, w], roll_pitch_noise_rad: roll_pitch_rad, ..Self::DEFAULT }
+    }
 }
 
 /// Why an identification gave nothing.

@@ -248,12 +248,9 @@ fn effects(declared: &VehicleFile, current: &[f64]) -> anyhow::Result<EffectSet>
 
 fn options(settings: &Settings, declared: &VehicleFile) -> Options {
     let sensors = &declared.sensors;
-    let (dvl, rates) = (sensors.dvl_mps, sensors.rates_radps);
     Options {
         scale: settings.scale,
-        velocity_noise: [dvl, dvl, dvl, rates, rates, rates],
-        roll_pitch_noise_rad: sensors.attitude_rad,
         cross_drag: settings.cross_drag,
-        ..Options::DEFAULT
+        ..Options::of_noise(sensors.dvl_mps, sensors.rates_radps, sensors.attitude_rad)
     }
 }

@@ -1,6 +1,6 @@
 //! Planned missions against the thesis' open-loop inputs and a plain lawnmower, in equal time.
 
-use super::plan_flight::{self, true_vehicle};
+use super::plan_flight::{measured, open_loop, true_vehicle};
 use crate::ensemble::{PartArgs, all_runs};
 use crate::experiment::{Noise, Programme};
 use crate::intervals::with_interval;
@@ -10,9 +10,9 @@ use backseat_core::control::mission::{Lawnmower, Mission, Waypoint};
 use backseat_core::dynamics::{VehicleModel, VehicleParameters};
 use backseat_core::identification::theta::{B1, M11, theta_of, with_theta};
 use backseat_core::state::{self, VehicleState};
-use backseat_identify::plan::{self, Body as _, Collected, Information, Limits, plan};
+use backseat_identify::plan::{self, Collected, Information, Limits, plan};
 use backseat_identify::validation::COLUMNS;
-use backseat_identify::{IdentificationData, Method, Options, PeriodInput, Sample, identify, parameters, validate};
+use backseat_identify::{IdentificationData, Method, Options, Sample, identify, parameters, validate};
 use backseat_logs::VehicleFile;
 use backseat_logs::stats::mean;
 use backseat_report::console;
@@ -124,14 +124,16 @@ fn fly(
         Excitation::OpenLoopWithin => {
             let (mut flight, mut left_s) = (Vec::new(), duration_s);
             while left_s > 1.0 {
-                let stretch = plan_flight::open_loop(&mut true_vehicle(truth, middle, seed), left_s, leaves(limits));
+                let mut body = true_vehicle(truth, middle, seed);
+                let stretch = open_loop(&mut body, &Programme::IDENTIFICATION, left_s, leaves(limits));
                 left_s -= stretch.len() as f64 * backseat_identify::PERIOD_S;
                 flight.push(stretch);
             }
             Ok(flight)
         }
         Excitation::OpenLoopFree => {
-            Ok(vec![plan_flight::open_loop(&mut true_vehicle(truth, DEEP_M, seed), duration_s, |_| false)])
+            let mut body = true_vehicle(truth, DEEP_M, seed);
+            Ok(vec![open_loop(&mut body, &Programme::IDENTIFICATION, duration_s, |_| false)])
         }
     }
 }
@@ -139,16 +141,7 @@ fn fly(
 /// Validation data for the estimate: other open-loop inputs, 600 s.
 fn unseen(truth: &Parameters) -> IdentificationData {
     let mut body = true_vehicle(truth, DEEP_M, 0);
-    let samples: Vec<(Sample, f64)> = (0..6000_u64)
-        .map(|step| {
-            let x = body.state();
-            let input = Programme::VALIDATION.input(step as f64 * backseat_identify::PERIOD_S);
-            body.step(&input);
-            let (attitude, velocity) = (state::attitude(&x), state::velocity(&x));
-            (Sample { time_us: step * 100_000, attitude, velocity, input: PeriodInput::held(input) }, x[state::Z])
-        })
-        .collect();
-    plan_flight::measured(&[samples], &Noise::NONE, 0)
+    measured(&[open_loop(&mut body, &Programme::VALIDATION, 600.0, |_| false)], &Noise::NONE, 0)
 }
 
 fn outcome(
@@ -166,7 +159,7 @@ fn outcome(
     let all = || flight.iter().flatten();
     let mut collected = Collected::default();
     Information::new(&model, &declared).add(all().map(|(sample, _)| sample), &mut collected);
-    let data = plan_flight::measured(&flight, &Noise::table_4_13(NOISE_MPS), seed);
+    let data = measured(&flight, &Noise::table_4_13(NOISE_MPS), seed);
     let estimate = identify(Method::Iv, &data, &prior, &Options::DEFAULT, &|_| {})?;
     let (value, size) = (parameters::of(&estimate.vehicle), parameters::scale(&declared));
     let errors = parameters::of(&declared) - value;

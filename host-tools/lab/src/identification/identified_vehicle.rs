@@ -44,12 +44,7 @@ pub(super) fn identified(seed: u64) -> anyhow::Result<VehicleParameters> {
     let log = simulate(&spec, seed + OTHER_SEEDS).log;
     let data = IdentificationData::from_log(&log, &EffectSet::NONE)?;
     let sensors = VehicleFile::reference().sensors;
-    let (dvl, rates) = (sensors.dvl_mps, sensors.rates_radps);
-    let options = Options {
-        velocity_noise: [dvl, dvl, dvl, rates, rates, rates],
-        roll_pitch_noise_rad: sensors.attitude_rad,
-        ..Options::DEFAULT
-    };
+    let options = Options::of_noise(sensors.dvl_mps, sensors.rates_radps, sensors.attitude_rad);
     let identifier = run_identifier(&data, &wrong_prior(seed), &options)?;
     identifier.parameters().ok_or_else(|| anyhow!("not configured"))
 }

@@ -15,15 +15,20 @@ pub fn true_vehicle(parameters: &Parameters, depth_m: f64, seed: u64) -> TrueVeh
     TrueVehicle::new(parameters, Undeclared::default(), start, seed)
 }
 
-/// The open-loop inputs of the thesis' experiment for a time, or until `ends` holds.
-pub fn open_loop(body: &mut impl Body, duration_s: f64, ends: impl Fn(&VehicleState) -> bool) -> Vec<(Sample, f64)> {
+/// The open-loop inputs of a programme of the thesis' experiment for a time, or until `ends` holds.
+pub fn open_loop(
+    body: &mut impl Body,
+    programme: &Programme,
+    duration_s: f64,
+    ends: impl Fn(&VehicleState) -> bool,
+) -> Vec<(Sample, f64)> {
     let mut samples = Vec::new();
     for step in 0..(duration_s / PERIOD_S).round() as u64 {
         let x = body.state();
         if ends(&x) {
             break;
         }
-        let input = Programme::IDENTIFICATION.input(step as f64 * PERIOD_S);
+        let input = programme.input(step as f64 * PERIOD_S);
         samples.push((exact_sample(step, &x, &input), x[state::Z]));
         body.step(&input);
     }

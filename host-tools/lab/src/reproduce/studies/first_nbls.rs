@@ -81,12 +81,7 @@ pub fn by_nbls(seed: u64) -> anyhow::Result<VehicleParameters> {
 
 /// Output error on the same log, without its accelerations.
 pub fn by_output_error(seed: u64) -> anyhow::Result<VehicleParameters> {
-    let rates = RATES_DEGPS.to_radians();
-    let options = Options {
-        velocity_noise: [VELOCITY_MPS, VELOCITY_MPS, VELOCITY_MPS, rates, rates, rates],
-        roll_pitch_noise_rad: ATTITUDE_DEG.to_radians(),
-        ..Options::DEFAULT
-    };
+    let options = Options::of_noise(VELOCITY_MPS, RATES_DEGPS.to_radians(), ATTITUDE_DEG.to_radians());
     let data = experiment(seed, ALL)?.0;
     Ok(identify(Method::OutputError, &data, &wrong_prior(WRONG, seed), &options, &|_| {})?.vehicle)
 }

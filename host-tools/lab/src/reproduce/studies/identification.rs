@@ -138,12 +138,7 @@ impl ExperimentLog {
     pub fn new(seed: u64, motion: Motion, duration_s: f64, noise: Noise) -> anyhow::Result<Self> {
         let experiment = Experiment { motion, duration_s, noise, cross_drag: [0.0; 2], between: Between::default() };
         let data = IdentificationData::from_log(&experiment.run(seed).log, &EffectSet::NONE)?;
-        let (linear, angular) = (noise.linear_mps.max(1.0e-4), noise.angular_radps);
-        let options = Options {
-            velocity_noise: [linear, linear, linear, angular, angular, angular],
-            roll_pitch_noise_rad: noise.roll_pitch_rad,
-            ..Options::DEFAULT
-        };
+        let options = Options::of_noise(noise.linear_mps.max(1.0e-4), noise.angular_radps, noise.roll_pitch_rad);
         Ok(Self { data, prior: wrong_prior(WRONG, seed), options, unseen: UNSEEN.run(seed).truth })
     }
 
