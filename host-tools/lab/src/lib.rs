@@ -6,6 +6,7 @@ mod alone;
 mod closed_loop;
 pub mod consistency;
 mod diagnosis_accuracy;
+mod draw;
 mod ensemble;
 pub mod experiment;
 pub mod fault_table;

@@ -1,6 +1,7 @@
 //! Rows drawn by a seed: two or three faults and undeclared effects at a time, each with a size.
 
 use super::Row;
+use crate::draw::{Draw, rounded};
 use anyhow::Context;
 use hil_sim::rng::Stream;
 use hil_sim::scenario::{End, Limits, Scenario};
@@ -26,23 +27,23 @@ const POOL: [(&str, Write); 22] = [
         )
     }),
     ("gnss_end", |d| {
-        d.fault("gnss_jump", |d| format!("offset_m = [{}, {}]", d.signed(2.0, 50.0), d.signed(2.0, 50.0)))
+        fault(d, "gnss_jump", |d| format!("offset_m = [{}, {}]", d.signed(2.0, 50.0), d.signed(2.0, 50.0)))
     }),
     ("ship", |d| {
-        d.fault("ship_gnss_jump", |d| format!("offset_m = [{}, {}]", d.signed(1.0, 50.0), d.signed(1.0, 50.0)))
+        fault(d, "ship_gnss_jump", |d| format!("offset_m = [{}, {}]", d.signed(1.0, 50.0), d.signed(1.0, 50.0)))
     }),
     ("multipath", |d| {
-        d.fault("multipath", |d| format!("share = {}\nextra_m = {}", d.between(0.1, 0.7), d.size(3.0, 60.0)))
+        fault(d, "multipath", |d| format!("share = {}\nextra_m = {}", d.between(0.1, 0.7), d.size(3.0, 60.0)))
     }),
-    ("clock_step", |d| d.fault("modem_clock_step", |d| format!("offset_s = {}", d.signed(0.0005, 0.05)))),
-    ("clock_drift", |d| d.fault("modem_clock_drift", |d| format!("drift_ppm = {}", d.signed(0.2, 10.0)))),
-    ("modem", |d| d.fault("silent", |_| "port = \"modem\"".to_owned())),
-    ("depth_jump", |d| d.fault("depth_jump", |d| format!("depth_m = {}", d.signed(0.2, 5.0)))),
-    ("depth_drift", |d| d.fault("depth_drift", |d| format!("rate_mps = {}", d.signed(0.005, 0.1)))),
-    ("ahrs", |d| d.fault("lost", |d| format!("port = \"ahrs\"\nshare = {}", d.between(0.05, 0.4)))),
-    ("frozen", |d| d.short("ahrs_frozen", 20.0)),
-    ("frontseat", |d| d.short("frontseat_refuses", 3.0)),
-    ("frontseat_line", |d| d.fault("lost", |d| format!("port = \"frontseat\"\nshare = {}", d.between(0.05, 0.5)))),
+    ("clock_step", |d| fault(d, "modem_clock_step", |d| format!("offset_s = {}", d.signed(0.0005, 0.05)))),
+    ("clock_drift", |d| fault(d, "modem_clock_drift", |d| format!("drift_ppm = {}", d.signed(0.2, 10.0)))),
+    ("modem", |d| fault(d, "silent", |_| "port = \"modem\"".to_owned())),
+    ("depth_jump", |d| fault(d, "depth_jump", |d| format!("depth_m = {}", d.signed(0.2, 5.0)))),
+    ("depth_drift", |d| fault(d, "depth_drift", |d| format!("rate_mps = {}", d.signed(0.005, 0.1)))),
+    ("ahrs", |d| fault(d, "lost", |d| format!("port = \"ahrs\"\nshare = {}", d.between(0.05, 0.4)))),
+    ("frozen", |d| short(d, "ahrs_frozen", 20.0)),
+    ("frontseat", |d| short(d, "frontseat_refuses", 3.0)),
+    ("frontseat_line", |d| fault(d, "lost", |d| format!("port = \"frontseat\"\nshare = {}", d.between(0.05, 0.5)))),
     ("current", |d| {
         format!("[effects.water_current]\nnorth_mps = {}\neast_mps = {}\n", d.signed(0.02, 0.4), d.signed(0.02, 0.4))
     }),
@@ -71,45 +72,18 @@ const POOL: [(&str, Write); 22] = [
     }),
 ];
 
-/// Random numbers of a row, written with as many digits as are meant.
-struct Draw(Stream);
-
-impl Draw {
-    fn between(&mut self, from: f64, to: f64) -> f64 {
-        rounded(from + (to - from) * self.0.uniform())
-    }
-
-    fn size(&mut self, from: f64, to: f64) -> f64 {
-        rounded(from * (to / from).powf(self.0.uniform()))
-    }
-
-    fn signed(&mut self, from: f64, to: f64) -> f64 {
-        let sign = if self.0.uniform() < 0.5 { -1.0 } else { 1.0 };
-        sign * self.size(from, to)
-    }
-
-    fn below(&mut self, count: usize) -> usize {
-        ((self.0.uniform() * count as f64) as usize).min(count - 1)
-    }
-
-    /// From some time under way on, for a while or to the end.
-    fn fault(&mut self, name: &str, numbers: impl Fn(&mut Self) -> String) -> String {
-        let from_s = self.between(130.0, 500.0);
-        let until_s = rounded(from_s + self.size(20.0, 1200.0));
-        format!("[[fault]]\nname = \"{name}\"\n{}\nfrom_s = {from_s}\nuntil_s = {until_s}\n", numbers(self))
-    }
-
-    /// For some seconds.
-    fn short(&mut self, name: &str, longest_s: f64) -> String {
-        let from_s = self.between(130.0, 500.0);
-        let until_s = rounded(from_s + self.size(0.5, longest_s));
-        format!("[[fault]]\nname = \"{name}\"\nfrom_s = {from_s}\nuntil_s = {until_s}\n")
-    }
+/// From some time under way on, for a while or to the end.
+fn fault(draw: &mut Draw, name: &str, numbers: impl Fn(&mut Draw) -> String) -> String {
+    let from_s = draw.between(130.0, 500.0);
+    let until_s = rounded(from_s + draw.size(20.0, 1200.0));
+    format!("[[fault]]\nname = \"{name}\"\n{}\nfrom_s = {from_s}\nuntil_s = {until_s}\n", numbers(draw))
 }
 
-/// Four digits.
-fn rounded(value: f64) -> f64 {
-    format!("{value:.3e}").parse().unwrap_or(value)
+/// For some seconds.
+fn short(draw: &mut Draw, name: &str, longest_s: f64) -> String {
+    let from_s = draw.between(130.0, 500.0);
+    let until_s = rounded(from_s + draw.size(0.5, longest_s));
+    format!("[[fault]]\nname = \"{name}\"\nfrom_s = {from_s}\nuntil_s = {until_s}\n")
 }
 
 /// So many rows of a seed, each with the text of its scenario.
@@ -121,7 +95,7 @@ pub fn drawn(count: usize, seed: u64) -> anyhow::Result<Vec<(Row, String)>> {
 }
 
 fn draw(index: usize, seed: u64) -> anyhow::Result<(Row, String)> {
-    let mut draw = Draw(Stream::of_fault(seed, index as u64));
+    let mut draw = Draw::of(Stream::of_fault(seed, index as u64));
     let base = BASES[draw.below(BASES.len())];
     let (head, _) = base.split_once("[limits]").context("a scenario without limits")?;
     let wanted = 2 + draw.below(2);
@@ -166,7 +140,7 @@ mod tests {
         for (place, (name, write)) in POOL.iter().enumerate() {
             for base in BASES {
                 let (head, _) = base.split_once("[limits]").unwrap();
-                let text = format!("{head}{}", write(&mut Draw(Stream::of_fault(7, place as u64))));
+                let text = format!("{head}{}", write(&mut Draw::of(Stream::of_fault(7, place as u64))));
                 assert!(Scenario::with_built_in_vehicle(&text, name).is_ok(), "{text}");
             }
         }

@@ -2,7 +2,7 @@
 //!
 //! Sizes are log-uniform between what nobody notices and what literature and data sheets still know.
 
-use super::numbers::Draw;
+use crate::draw::Draw;
 
 /// One kind of trouble.
 pub struct Class {

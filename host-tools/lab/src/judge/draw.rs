@@ -1,7 +1,7 @@
 //! A flight drawn by a seed: mission, place, ship, devices, and none to three classes of trouble.
 
 use super::classes::{CLASSES, NONE, Which};
-use super::numbers::{Draw, rounded};
+use crate::draw::{Draw, rounded};
 use anyhow::Context;
 use hil_sim::scenario::Scenario;
 use std::fmt::Write as _;

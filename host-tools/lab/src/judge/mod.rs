@@ -10,7 +10,6 @@
 
 mod classes;
 mod draw;
-pub mod numbers;
 mod page;
 mod watch;
 

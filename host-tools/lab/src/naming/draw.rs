@@ -1,6 +1,6 @@
 //! A flight drawn by a seed: what changes, by how much, and when.
 
-use crate::judge::numbers::Draw;
+use crate::draw::Draw;
 use anyhow::Context;
 use backseat_core::effects::FIN_NAMES;
 use backseat_core::navigation::naming::Cause;

@@ -5,10 +5,10 @@
 
 use super::{Args, draw};
 use crate::closed_loop::across_m;
+use crate::draw::Draw;
 use crate::ensemble::all_runs;
 use crate::flights::fly_with;
 use crate::intervals::with_interval;
-use crate::judge::numbers::Draw;
 use crate::store::{Key, version};
 use crate::wrap::wrapped;
 use anyhow::anyhow;

@@ -70,7 +70,8 @@ impl Measured {
 
     /// A curve to four digits: it is drawn.
     pub fn curve(&mut self, prefix: &str, row: &str, points: impl Iterator<Item = (f64, f64)>) {
-        let points = points.filter(|(_, value)| value.is_finite()).map(|(t, value)| (t, four_digits(value))).collect();
+        let points =
+            points.filter(|(_, value)| value.is_finite()).map(|(t, value)| (t, crate::draw::rounded(value))).collect();
         self.curves.insert(format!("{prefix}/{row}"), points);
     }
 }
@@ -80,10 +81,6 @@ fn with_nan<'de, D: Deserializer<'de>>(from: D) -> Result<BTreeMap<String, BTree
     let rows = BTreeMap::<String, BTreeMap<String, Option<f64>>>::deserialize(from)?;
     let number = |(column, value): (String, Option<f64>)| (column, value.unwrap_or(f64::NAN));
     Ok(rows.into_iter().map(|(name, row)| (name, row.into_iter().map(number).collect())).collect())
-}
-
-fn four_digits(value: f64) -> f64 {
-    format!("{value:.3e}").parse().unwrap_or(value)
 }
 
 #[cfg(test)]

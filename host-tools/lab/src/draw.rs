@@ -14,7 +14,12 @@ pub struct Draw {
 impl Draw {
     /// Those of a flight's seed.
     pub fn new(seed: u64) -> Self {
-        Self { stream: Stream::new(seed, Source::Study), duration_s: 0.0, wrong_share: 0.0 }
+        Self::of(Stream::new(seed, Source::Study))
+    }
+
+    /// Those of a stream.
+    pub fn of(stream: Stream) -> Self {
+        Self { stream, duration_s: 0.0, wrong_share: 0.0 }
     }
 
     pub fn between(&mut self, from: f64, to: f64) -> f64 {
