@@ -178,6 +178,28 @@ pub fn all_runs<J: Sync, R: Clone + Send + Serialize + DeserializeOwned>(
     jobs.iter().map(|(key, _)| store.get(key).context("a run is missing")).collect::<Result<_, _>>().map(Some)
 }
 
+/// Rows, each with its runs.
+pub type RunsByRow<T, R> = Vec<(T, Vec<R>)>;
+
+/// Every row with every seed, seed by seed: the runs of each row, in the order of the seeds; `None` after a part.
+///
+/// # Errors
+/// As [`all_runs`].
+pub fn by_row<T: Copy + Sync, R: Clone + Send + Serialize + DeserializeOwned>(
+    part: &PartArgs,
+    version: String,
+    seeds: Range<u64>,
+    rows: &[T],
+    name: fn(&T) -> &str,
+    run: impl Fn(u64, T) -> anyhow::Result<R> + Sync,
+) -> anyhow::Result<Option<RunsByRow<T, R>>> {
+    let jobs: Vec<(Key, T)> =
+        seeds.flat_map(|seed| rows.iter().map(move |row| ((name(row).to_owned(), seed), *row))).collect();
+    let Some(runs) = all_runs("flights", part, version, &jobs, |seed, row| run(seed, *row))? else { return Ok(None) };
+    let of = |place: usize| runs.iter().skip(place).step_by(rows.len()).cloned().collect();
+    Ok(Some(rows.iter().enumerate().map(|(place, row)| (*row, of(place))).collect()))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

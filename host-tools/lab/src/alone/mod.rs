@@ -14,8 +14,8 @@ mod page;
 mod run;
 pub(crate) mod worlds;
 
-use crate::ensemble::{PageArgs, PartArgs, PictureArgs, SeedArgs, all_runs, named};
-use crate::store::{Key, version};
+use crate::ensemble::{PageArgs, PartArgs, PictureArgs, SeedArgs, by_row, named};
+use crate::store::version;
 use page::FlownWorld;
 use worlds::{WORLDS, World};
 
@@ -42,14 +42,10 @@ pub struct Args {
 pub fn run(args: &Args) -> anyhow::Result<()> {
     let worlds = named("world", &WORLDS, &args.worlds, |world| world.name)?;
     let seeds = args.ensemble.seeds();
-    let all = seeds.flat_map(|seed| worlds.iter().map(move |world| ((world.name.to_owned(), seed), *world)));
-    let jobs: Vec<(Key, World)> = all.collect();
-    let fly = |seed: u64, world: &World| run::run(*world, seed);
-    let Some(runs) = all_runs("flights", &args.part, version("alone", "")?, &jobs, fly)? else { return Ok(()) };
-    let of_world =
-        |world: &World| jobs.iter().zip(&runs).filter(|((_, of), _)| of == world).map(|(_, run)| run).collect();
-    let flown: Vec<FlownWorld<'_>> =
-        worlds.iter().map(|world| FlownWorld { world: *world, runs: of_world(world) }).collect();
+    let fly = |seed: u64, world: World| run::run(world, seed);
+    let flown = by_row(&args.part, version("alone", "")?, seeds, &worlds, |world| world.name, fly)?;
+    let Some(flown) = flown else { return Ok(()) };
+    let flown: Vec<FlownWorld> = flown.into_iter().map(|(world, runs)| FlownWorld { world, runs }).collect();
     args.picture.write(|| page::picture(&flown))?;
     args.page.show(&page::page(&flown, args))
 }

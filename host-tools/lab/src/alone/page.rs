@@ -12,14 +12,14 @@ use backseat_report::plots::{self, ErrorPlot, Scale};
 use std::fmt::Write as _;
 
 /// The flights of one world.
-pub struct FlownWorld<'a> {
+pub struct FlownWorld {
     /// Where.
     pub world: World,
     /// One a seed.
-    pub runs: Vec<&'a Alone>,
+    pub runs: Vec<Alone>,
 }
 
-impl FlownWorld<'_> {
+impl FlownWorld {
     fn tracks(&self, name: &str) -> Vec<&[Point]> {
         let rows = self.runs.iter().filter_map(|run| run.rows.iter().find(|row| row.name == name));
         rows.map(|row| &row.points[..]).collect()
@@ -75,7 +75,7 @@ const ESTIMATES: [(&str, &str); 4] = [
 ];
 
 /// The page in Markdown.
-pub fn page(flown: &[FlownWorld<'_>], args: &Args) -> String {
+pub fn page(flown: &[FlownWorld], args: &Args) -> String {
     let seeds = args.ensemble.seeds();
     let (runs, first_seed, last) = (seeds.end - seeds.start, seeds.start, seeds.end - 1);
     let worlds = if args.worlds.is_empty() { String::new() } else { format!(" --worlds {}", args.worlds.join(",")) };
@@ -123,7 +123,7 @@ leaves out what depth and attitude tell of the speed in dives and turns, so that
 err less: it is what positions alone allow. Water as drawn: steady, or a tide of known period about no mean. Both: a mean \
 current and a tide at once, 0.11 m/s each per axis, as a navigator must assume who does not know the water.\n";
 
-fn estimates(flown: &FlownWorld<'_>) -> String {
+fn estimates(flown: &FlownWorld) -> String {
     let mut table = markdown_table([
         "estimate",
         "error at the end [m]",
@@ -159,7 +159,7 @@ fn estimates(flown: &FlownWorld<'_>) -> String {
     table.to_string()
 }
 
-fn over_time(flown: &[FlownWorld<'_>]) -> String {
+fn over_time(flown: &[FlownWorld]) -> String {
     let mut table = markdown_table(["world", "estimate", "1 h", "2 h", "3 h", "4 h", "5 h"]);
     for flown in flown {
         for (name, shown) in ESTIMATES.into_iter().skip(1) {
@@ -174,7 +174,7 @@ fn over_time(flown: &[FlownWorld<'_>]) -> String {
     table.to_string()
 }
 
-fn help(flown: &[FlownWorld<'_>]) -> String {
+fn help(flown: &[FlownWorld]) -> String {
     let header =
         ["world", "what is measured after the ship has left", "at the end [m]", "[%]", "largest [m]", "RMS/DRMS"];
     let mut table = markdown_table(header);
@@ -202,7 +202,7 @@ fn help(flown: &[FlownWorld<'_>]) -> String {
 }
 
 /// Errors against time, one diagram for each water of the lawnmower.
-pub fn picture(flown: &[FlownWorld<'_>]) -> String {
+pub fn picture(flown: &[FlownWorld]) -> String {
     let lawnmowers = flown.iter().filter(|flown| flown.world.way == Way::Lawnmower);
     let diagrams: Vec<[String; 1]> = lawnmowers
         .map(|flown| {

@@ -10,11 +10,10 @@ mod filters;
 mod run;
 mod table;
 
-use crate::ensemble::{PageArgs, PartArgs, SeedArgs, all_runs, named};
-use crate::store::{Key, version};
+use crate::ensemble::{PageArgs, PartArgs, SeedArgs, by_row, named};
+use crate::store::version;
 use crate::wrap::wrapped;
 use cases::{CASES, MissionCase};
-use run::MissionRun;
 
 /// Command line.
 #[derive(clap::Args, Clone, Debug)]
@@ -43,15 +42,8 @@ pub fn run(arguments: &Args) -> anyhow::Result<()> {
     let length = arguments.minutes.map_or(String::new(), |minutes| format!("{minutes} min"));
     let version = version("navigation", &length)?;
     let seeds = arguments.ensemble.seeds();
-    let all = seeds.flat_map(|seed| cases.iter().map(move |case| ((case.name.to_owned(), seed), *case)));
-    let jobs: Vec<(Key, &MissionCase)> = all.collect();
-    let fly = |seed: u64, case: &&MissionCase| run::run(case, seed, arguments.minutes);
-    let Some(runs) = all_runs("flights", &arguments.part, version, &jobs, fly)? else { return Ok(()) };
-    let of_case = |case: &MissionCase| {
-        let own = jobs.iter().zip(&runs).filter(|(((name, _), _), _)| name == case.name);
-        own.map(|(((_, seed), _), run)| (*seed, run)).collect()
-    };
-    let results: Vec<(&MissionCase, Vec<(u64, &MissionRun)>)> =
-        cases.iter().map(|case| (*case, of_case(case))).collect();
+    let fly = |seed: u64, case: &MissionCase| run::run(case, seed, arguments.minutes);
+    let results = by_row(&arguments.part, version, seeds, &cases, |case| case.name, fly)?;
+    let Some(results) = results else { return Ok(()) };
     arguments.page.show(&wrapped(&table::markdown(arguments, &results)))
 }

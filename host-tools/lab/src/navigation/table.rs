@@ -8,7 +8,7 @@ use backseat_logs::stats::mean;
 use backseat_report::markdown::markdown_table;
 use std::fmt::Write as _;
 
-type Results<'a> = [(&'a MissionCase, Vec<(u64, &'a MissionRun)>)];
+type Results<'a> = [(&'a MissionCase, Vec<MissionRun>)];
 
 /// One row over all seeds.
 struct FilterRow<'a> {
@@ -90,6 +90,7 @@ pub fn markdown(arguments: &Args, results: &Results<'_>) -> String {
         seeds.end - 1
     );
     for (case, runs) in results {
+        let runs: Vec<(u64, &MissionRun)> = seeds.clone().zip(runs).collect();
         let _ = write!(text, "\n## {}\n\n{}. Runs: {}.\n\n", case.name, capitalised(case.about), runs.len());
         let mut table = markdown_table([
             "filter",
@@ -101,7 +102,7 @@ pub fn markdown(arguments: &Args, results: &Results<'_>) -> String {
             "RMS / DRMS",
             "refused",
         ]);
-        for row in rows(runs) {
+        for row in rows(&runs) {
             let number = |value: Option<f64>| value.map_or(String::new(), |value| format!("{value:.2}"));
             let worst =
                 row.worst().map_or(String::new(), |(seed, m)| format!("{:.2}, {:.2} ({seed})", m.median_m, m.p95_m));

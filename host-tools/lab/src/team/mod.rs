@@ -8,8 +8,9 @@
 mod page;
 mod run;
 
-use crate::ensemble::{PageArgs, PartArgs, PictureArgs, SeedArgs, all_runs, named};
-use crate::store::{Key, version};
+use crate::ensemble::{PageArgs, PartArgs, PictureArgs, SeedArgs, by_row, named};
+use crate::store::version;
+use page::FlownCase;
 use run::{CASES, TeamCase};
 
 /// Command line.
@@ -34,15 +35,11 @@ pub struct Args {
 /// An unknown case; a flight that fails; a file that cannot be written.
 pub fn run(args: &Args) -> anyhow::Result<()> {
     let cases = named("case", &CASES, &args.cases, |case| case.name)?;
-    let all =
-        args.ensemble.seeds().flat_map(|seed| cases.iter().map(move |case| ((case.name.to_owned(), seed), *case)));
-    let jobs: Vec<(Key, TeamCase)> = all.collect();
-    let fly = |seed: u64, case: &TeamCase| run::run(*case, seed);
-    let Some(runs) = all_runs("flights", &args.part, version("team", "")?, &jobs, fly)? else { return Ok(()) };
-    let of_case =
-        |case: &TeamCase| jobs.iter().zip(&runs).filter(|((_, of), _)| of == case).map(|(_, run)| run).collect();
-    let flown: Vec<page::FlownCase<'_>> =
-        cases.iter().map(|case| page::FlownCase { case: *case, runs: of_case(case) }).collect();
+    let seeds = args.ensemble.seeds();
+    let fly = |seed: u64, case: TeamCase| run::run(case, seed);
+    let flown = by_row(&args.part, version("team", "")?, seeds, &cases, |case| case.name, fly)?;
+    let Some(flown) = flown else { return Ok(()) };
+    let flown: Vec<FlownCase> = flown.into_iter().map(|(case, runs)| FlownCase { case, runs }).collect();
     args.picture.write(|| page::picture(&flown))?;
     args.page.show(&page::page(&flown, args))
 }

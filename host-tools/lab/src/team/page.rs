@@ -11,11 +11,11 @@ use backseat_report::plots::{self, ErrorPlot, Scale};
 use std::fmt::Write as _;
 
 /// The flights of one case.
-pub struct FlownCase<'a> {
+pub struct FlownCase {
     /// How.
     pub case: TeamCase,
     /// One a seed.
-    pub runs: Vec<&'a TeamRun>,
+    pub runs: Vec<TeamRun>,
 }
 
 /// Whether the vehicle at this place is meant.
@@ -32,7 +32,7 @@ fn lies(place: usize, case: TeamCase) -> bool {
     place == LIAR && case.liar != Liar::Nobody
 }
 
-impl FlownCase<'_> {
+impl FlownCase {
     /// Vehicles of each run.
     fn vehicles(&self, is_one: Is) -> impl Iterator<Item = Vec<&Navigated>> {
         self.runs.iter().map(move |run| {
@@ -65,7 +65,7 @@ impl FlownCase<'_> {
 }
 
 /// The page in Markdown.
-pub fn page(flown: &[FlownCase<'_>], args: &Args) -> String {
+pub fn page(flown: &[FlownCase], args: &Args) -> String {
     let seeds = args.ensemble.seeds();
     let (runs, first_seed) = (seeds.end - seeds.start, seeds.start);
     let cases = if args.cases.is_empty() { String::new() } else { format!(" --cases {}", args.cases.join(",")) };
@@ -98,7 +98,7 @@ degrees, both with signs that are drawn for each vehicle, and there is a current
 declared. The first vehicle surfaces for fixes behind every second line. `app.lost_sigma_m` is 100 km and half an hour of degraded \
 navigation ends no mission.\n";
 
-fn errors(flown: &[FlownCase<'_>]) -> String {
+fn errors(flown: &[FlownCase]) -> String {
     let mut table = markdown_table([
         "case",
         "vehicles",
@@ -139,7 +139,7 @@ fn errors(flown: &[FlownCase<'_>]) -> String {
     table.to_string()
 }
 
-fn ranges(flown: &[FlownCase<'_>]) -> String {
+fn ranges(flown: &[FlownCase]) -> String {
     let mut table = markdown_table([
         "case",
         "vehicles",
@@ -166,9 +166,9 @@ fn ranges(flown: &[FlownCase<'_>]) -> String {
 }
 
 /// Errors of the others against time.
-pub fn picture(flown: &[FlownCase<'_>]) -> String {
+pub fn picture(flown: &[FlownCase]) -> String {
     let [_, (_, is_other), _] = WHO;
-    let line = |flown: &FlownCase<'_>, of: fn(&Point) -> f64| -> Vec<(f64, f64)> {
+    let line = |flown: &FlownCase, of: fn(&Point) -> f64| -> Vec<(f64, f64)> {
         let minutes = (0..=(flown.end_s() / 60.0) as u32).map(f64::from);
         minutes.filter_map(|at| Some((at / 60.0, flown.at(is_other, 60.0 * at, of)?))).collect()
     };
