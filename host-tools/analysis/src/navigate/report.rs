@@ -3,6 +3,7 @@
 use super::estimates;
 use super::figures;
 use super::result::{Estimate, NavigationResult};
+use crate::duration::span;
 use crate::{level, provenance};
 use backseat_core::state::{X, Y};
 use backseat_estimation::filter::FilterRun;
@@ -132,16 +133,6 @@ fn facts(report: Report, result: &NavigationResult<'_>) -> Report {
             format!("{:.3} s ({:.3} s of it reading), {:.0} x real time", result.wall_s, result.read_s, result.rate()),
         )
         .everywhere()
-}
-
-fn span(seconds: f64) -> String {
-    if seconds < 120.0 {
-        format!("{seconds:.1} s")
-    } else if seconds < 7200.0 {
-        format!("{:.1} min", seconds / 60.0)
-    } else {
-        format!("{:.2} h", seconds / 3600.0)
-    }
 }
 
 /// The JSON object but for what was written.

@@ -1,5 +1,6 @@
 //! What a run gave.
 
+use crate::duration::exact_s;
 use crate::level::Stated;
 use backseat_core::navigation::Level;
 use backseat_core::state::{X, Y, Z};
@@ -175,7 +176,7 @@ impl NavigationResult<'_> {
             Estimate::DeadReckoning(positions) => {
                 writeln!(out, "t_s,x_m,y_m")?;
                 for p in positions {
-                    writeln!(out, "{},{:.4},{:.4}", seconds(p.time_us), p.position_m[0], p.position_m[1])?;
+                    writeln!(out, "{},{:.4},{:.4}", exact_s(p.time_us), p.position_m[0], p.position_m[1])?;
                 }
             }
             Estimate::Filter(run) => {
@@ -184,7 +185,7 @@ impl NavigationResult<'_> {
                 let none = Level { horizontal_m: f64::NAN, vertical_m: f64::NAN };
                 let levels = run.levels.iter().chain(std::iter::repeat(&none));
                 for (sample, level) in run.track.iter().zip(levels) {
-                    write!(out, "{}", seconds(sample.time_us))?;
+                    write!(out, "{}", exact_s(sample.time_us))?;
                     for value in sample.state.iter().chain(&sample.current_mps) {
                         write!(out, ",{value:.6}")?;
                     }
@@ -195,9 +196,4 @@ impl NavigationResult<'_> {
         }
         Ok(())
     }
-}
-
-/// Whole microseconds as seconds.
-fn seconds(time_us: u64) -> String {
-    format!("{}.{:06}", time_us / 1_000_000, time_us % 1_000_000)
 }

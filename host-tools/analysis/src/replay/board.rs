@@ -1,7 +1,8 @@
 //! The app as on its board: started, fed and drained as in the session.
 
-use super::compare::{Comparison, Difference, seconds};
+use super::compare::{Comparison, Difference};
 use super::survey::{Stored, Survey};
+use crate::duration::exact_s;
 use anyhow::{anyhow, bail};
 use backseat_app::parameters::{self, PARAMETER_SCHEMA, PARAMETERS, Settings};
 use backseat_app::store::{Response, RestartRecord};
@@ -198,7 +199,7 @@ impl Replay {
         if self.comparing && self.app.digest() != digest {
             outcome.differing_steps += 1;
             outcome.step.get_or_insert_with(|| Difference {
-                t_s: seconds(placed_us),
+                t_s: exact_s(placed_us),
                 record: "step".to_owned(),
                 field: "digest of state and covariance".to_owned(),
                 logged: format!("{digest:016x}"),
@@ -276,7 +277,7 @@ impl Replay {
     pub fn hole(&mut self, why: &str) {
         let compared = std::mem::take(&mut self.comparing) || std::mem::take(&mut self.settling);
         if compared {
-            self.outcome.notes.push(format!("compared up to {} s: {why}", seconds(self.placed_us(self.time_us))));
+            self.outcome.notes.push(format!("compared up to {} s: {why}", exact_s(self.placed_us(self.time_us))));
         }
     }
 

@@ -1,5 +1,6 @@
 //! What the board sent against what the replay sends: where they part, in which record, in which field.
 
+use crate::duration::exact_s;
 use backseat_logs::STATE_COLUMNS;
 use backseat_wire::hostlink::{Decoder, FromBoard, Health, Port, Refusal};
 use serde::Serialize;
@@ -86,7 +87,7 @@ impl Comparison {
                     continue;
                 }
                 Judgement::Different { record, field, values: [logged, replayed] } => {
-                    return Some(Difference { t_s: seconds(time_us), record, field, logged, replayed });
+                    return Some(Difference { t_s: exact_s(time_us), record, field, logged, replayed });
                 }
             }
             self.host.logged.whole.pop_front();
@@ -115,7 +116,7 @@ impl Comparison {
         };
         let field = "whole".to_owned();
         self.difference =
-            Some(Difference { t_s: seconds(time_us), record, field, logged, replayed: NOTHING.to_owned() });
+            Some(Difference { t_s: exact_s(time_us), record, field, logged, replayed: NOTHING.to_owned() });
     }
 }
 
@@ -137,7 +138,7 @@ impl Sentences {
                     text(self.begun.iter().copied().chain(rest))
                 };
                 return Some(Difference {
-                    t_s: seconds(time_us),
+                    t_s: exact_s(time_us),
                     record: sentence_to(port),
                     field: format!("field {}", self.begun.iter().filter(|byte| **byte == b',').count()),
                     logged: whole(&self.logged),
@@ -329,9 +330,4 @@ fn name(path: &str) -> String {
         (_, Some(state)) => format!("sigma_{state}"),
         _ => path.to_owned(),
     }
-}
-
-/// A time, s, to the microsecond.
-pub fn seconds(time_us: u64) -> String {
-    format!("{}.{:06}", time_us / 1_000_000, time_us % 1_000_000)
 }

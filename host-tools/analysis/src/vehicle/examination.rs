@@ -6,6 +6,7 @@ use super::stability::{self, Mode};
 use backseat_core::control::trim::Trim;
 use backseat_core::dynamics::{VehicleModel, VehicleParameters};
 use backseat_logs::{VehicleFile, data_sheets};
+use serde::Serialize;
 use std::f64::consts::PI;
 
 /// Speed of the default mission, m/s.
@@ -20,9 +21,10 @@ pub fn own_speed_mps(file: &VehicleFile) -> f64 {
 }
 
 /// A number that does not fit the others.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Misfit {
     /// The vehicle cannot fly with it.
+    #[serde(rename = "fatal")]
     pub is_fatal: bool,
     /// Its key in the vehicle file.
     pub key: &'static str,
@@ -31,7 +33,7 @@ pub struct Misfit {
 }
 
 /// A quantity of the file beside that of a slender body.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Beside {
     /// The quantity, for people.
     pub what: &'static str,
@@ -44,6 +46,7 @@ pub struct Beside {
     /// Of a slender body of the hull's length and diameter.
     pub slender_body: f64,
     /// Factors of the slender body's value within which the declared one is usual.
+    #[serde(skip)]
     usual: [f64; 2],
 }
 

@@ -4,6 +4,7 @@ use backseat_core::control::speed::propeller_radps;
 use backseat_core::control::trim::Trim;
 use backseat_core::dynamics::{ActuatorInput, VehicleModel};
 use backseat_core::state::{PSI, Q, R, THETA, U, V, VehicleState, Z};
+use serde::Serialize;
 use std::f64::consts::PI;
 
 /// Integration step, s: a hundredth of the fastest motion of a small vehicle.
@@ -23,7 +24,7 @@ pub struct Cruise {
 }
 
 /// A steady turn.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Turn {
     /// Angle of the rudders, rad.
     pub fin_rad: f64,
@@ -36,7 +37,7 @@ pub struct Turn {
 }
 
 /// A dive with elevators.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Dive {
     /// Angle of the elevators beyond the trim, rad.
     pub fin_rad: f64,

@@ -99,13 +99,6 @@ fn json(file: &VehicleFile, findings: &Findings) -> Value {
             |m| json!({"plane": m.plane, "re_per_s": m.eigenvalue.re, "im_per_s": m.eigenvalue.im, "words": m.words()}),
         )
         .collect();
-    let beside: Vec<Value> = findings
-        .beside
-        .iter()
-        .map(|b| json!({"what": b.what, "key": b.key, "unit": b.unit, "declared": b.declared, "slender_body": b.slender_body}))
-        .collect();
-    let misfits: Vec<Value> =
-        findings.misfits.iter().map(|m| json!({"fatal": m.is_fatal, "key": m.key, "message": m.message})).collect();
     json!({
         "vehicle": file.name,
         "flies": findings.flies(),
@@ -113,14 +106,13 @@ fn json(file: &VehicleFile, findings: &Findings) -> Value {
         "metacentric_height_m": p.b_cb_to_cg_m[2],
         "cruises": cruises,
         "top_speed_mps": findings.top_speed_mps,
-        "turn": findings.turn.map(|t| json!({"fin_rad": t.fin_rad, "radius_m": t.radius_m, "half_turn_s": t.half_turn_s,
-            "heel_rad": t.heel_rad})),
-        "dive": findings.dive.map(|d| json!({"fin_rad": d.fin_rad, "rate_mps": d.rate_mps, "pitch_rad": d.pitch_rad})),
+        "turn": findings.turn,
+        "dive": findings.dive,
         "modes": modes,
-        "beside_slender_body": beside,
+        "beside_slender_body": findings.beside,
         "flight": findings.flight.map(|f| json!({"duration_s": f.duration_s, "ending": f.ending.name(),
             "depth_m": f.depth_m[0], "commanded_depth_m": f.depth_m[1], "speed_mps": f.speed_mps[0], "commanded_mps": f.speed_mps[1],
             "largest_roll_rad": f.largest_rad[0], "largest_pitch_rad": f.largest_rad[1]})),
-        "misfits": misfits,
+        "misfits": findings.misfits,
     })
 }
