@@ -267,6 +267,7 @@ impl Decoding {
     }
 
     fn board(&mut self, time_us: u64, mut bytes: &[u8], out: &mut dyn FnMut(Found<'_>)) {
+        let say = |out: &mut dyn FnMut(Found<'_>), kind, text| out(Found { time_us, what: What::Event(kind, text) });
         while let Some(frame) = self.from_board.feed(&mut bytes) {
             match frame.and_then(|frame| frame.message()) {
                 Ok(FromBoard::Telemetry(telemetry)) => {
@@ -277,32 +278,27 @@ impl Decoding {
                 }
                 Ok(FromBoard::Hello { firmware, image, .. }) if self.image.replace(image) != Some(image) => {
                     let firmware = backseat_link::printable(firmware);
-                    out(Found { time_us, what: What::Event(EventKind::Start, format!("{firmware} ({image})")) });
+                    say(out, EventKind::Start, format!("{firmware} ({image})"));
                 }
                 Ok(FromBoard::Restart(Restart { crash: Some(crash), .. })) if self.crashes.is_new(&crash) => {
-                    out(Found { time_us, what: What::Event(EventKind::Start, format!("before its start: {crash}")) });
+                    say(out, EventKind::Start, format!("before its start: {crash}"));
                 }
                 Ok(FromBoard::EarlierCrash(crash)) if self.crashes.is_new(&crash.crash) => {
-                    out(Found { time_us, what: What::Event(EventKind::Start, format!("an earlier crash: {crash}")) });
+                    say(out, EventKind::Start, format!("an earlier crash: {crash}"));
                 }
                 Ok(FromBoard::Fusion(fusion)) => out(Found { time_us, what: What::Fusion(&fusion) }),
                 Ok(FromBoard::Identification(record)) => out(Found { time_us, what: What::Identification(&record) }),
                 Ok(FromBoard::Estimates(record)) => out(Found { time_us, what: What::Estimates(&record) }),
                 Ok(FromBoard::LearntStored(stored)) => {
-                    let (_, text) = words::learnt(&stored);
-                    out(Found { time_us, what: What::Event(EventKind::Learnt, text.to_owned()) });
+                    say(out, EventKind::Learnt, words::learnt(&stored).1.to_owned());
                 }
                 Ok(FromBoard::Naming(naming)) => {
                     if backseat_link::named::is_new(self.board.naming.as_ref(), &naming) {
-                        let (_, text) = words::naming(&naming);
-                        out(Found { time_us, what: What::Event(EventKind::Naming, text) });
+                        say(out, EventKind::Naming, words::naming(&naming).1);
                     }
                     self.board.naming = Some(naming);
                 }
-                Ok(FromBoard::Fault(report)) => {
-                    let (_, text) = words::fault(&report);
-                    out(Found { time_us, what: What::Event(EventKind::Fault, text) });
-                }
+                Ok(FromBoard::Fault(report)) => say(out, EventKind::Fault, words::fault(&report).1),
                 _ => {}
             }
         }

@@ -59,7 +59,7 @@ pub fn seconds(text: &str) -> Result<Duration, String> {
 
 /// A view has somebody to look at it.
 pub fn needs_terminal(json: bool) -> anyhow::Result<()> {
-    if !json && !(stdout().is_terminal() && stdin().is_terminal()) {
+    if !(json || stdout().is_terminal() && stdin().is_terminal()) {
         bail!("the view needs a terminal; use --json to write to a file or a pipe");
     }
     Ok(())

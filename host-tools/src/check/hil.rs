@@ -5,13 +5,12 @@ use super::judge::{self, Look};
 use super::line::{CheckLine, Verdict};
 use super::{look, wiggle};
 use crate::board::Common;
-use anyhow::Context;
 use backseat_link::board::{Board, reason};
+use backseat_logs::output::{self, Existing};
 use backseat_report::markdown::markdown_table;
 use backseat_wire::hostlink::{Health, Port, ResetCause};
 use std::fmt::Write as _;
-use std::fs::OpenOptions;
-use std::io::{IsTerminal, Write as _};
+use std::io::IsTerminal;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
@@ -60,8 +59,7 @@ fn pulse(seen: &Look) -> CheckLine {
     let edges = after.pps_edges.saturating_sub(before.pps_edges);
     let seconds = seen.watched.as_secs();
     let steady = u64::from(edges).abs_diff(seconds) <= 1;
-    let verdict = if steady { Verdict::Pass } else { Verdict::Fail };
-    CheckLine::new(verdict, "PPS input", format!("{edges} edges in {seconds} s"))
+    CheckLine::new(Verdict::of(steady), "PPS input", format!("{edges} edges in {seconds} s"))
 }
 
 /// The set in use is stored, and is there after the reset button.
@@ -98,7 +96,7 @@ fn parameter_store(mut board: Board, common: &Common) -> anyhow::Result<Vec<Chec
         true => format!("{} parameters as they were stored", after.len()),
         false => "the parameters are others than before".to_owned(),
     };
-    let verdict = if kept && cause == Some(ResetCause::Pin) { Verdict::Pass } else { Verdict::Fail };
+    let verdict = Verdict::of(kept && cause == Some(ResetCause::Pin));
     Ok(vec![stored, CheckLine::new(verdict, RESET_BUTTON, format!("cause {cause:?}; {found}"))])
 }
 
@@ -115,7 +113,5 @@ pub fn report(path: &Path, port: &str, when: &str, signed: Option<&str>, lines: 
         if failed == 0 { "passed".to_owned() } else { format!("**{failed} of {} checks failed**", lines.len()) };
     let name = signed.unwrap_or("______________________");
     let _ = write!(text, "\nOutcome: {outcome}.\n\nSigned off by: {name}\n");
-    let file = OpenOptions::new().write(true).create_new(true).open(path);
-    let mut file = file.with_context(|| format!("{}: cannot be written", path.display()))?;
-    file.write_all(text.as_bytes()).with_context(|| format!("{}: cannot be written", path.display()))
+    Ok(output::write(path, Existing::Keep, |file| file.write_all(text.as_bytes()))?)
 }

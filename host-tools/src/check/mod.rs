@@ -144,6 +144,5 @@ fn wiggle(board: &mut Board) -> anyhow::Result<CheckLine> {
         if rests { "back at neutral" } else { "not back at neutral" },
         if still { "stopped" } else { "commanded to turn" },
     );
-    let verdict = if fins == 4 && still && rests { Verdict::Pass } else { Verdict::Fail };
-    Ok(CheckLine::new(verdict, "fin wiggle", about))
+    Ok(CheckLine::new(Verdict::of(fins == 4 && still && rests), "fin wiggle", about))
 }
