@@ -13,8 +13,8 @@ use std::collections::{BTreeMap, HashMap};
 
 /// The layout that shows these topics.
 pub const LAYOUT: &str = include_str!("../../foxglove/layout.json");
-/// On the map and in the track a position a second is enough: each record where they come 0.9 to 1.1 s apart.
-const TRACK_NS: u64 = 850_000_000;
+/// On the map and in the track a position a second is enough: each record where they come 0.84 to 1.2 s apart.
+const TRACK_NS: u64 = 750_000_000;
 
 /// Where messages go.
 pub trait Sink {

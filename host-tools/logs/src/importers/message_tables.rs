@@ -27,6 +27,7 @@ pub(super) struct MessageTable {
 pub(super) struct Message {
     pub name: String,
     at_least: Option<(String, f64)>,
+    at_most: Option<(String, f64)>,
     bits: Option<(String, u32)>,
     /// It is what the vehicle reckons, not what a sensor measures.
     #[serde(default)]
@@ -39,8 +40,12 @@ impl Message {
     pub(super) fn is_of_use(&self, get: impl Fn(&str) -> Option<f64>) -> bool {
         let is_enough =
             self.at_least.as_ref().is_none_or(|(field, least)| get(field).is_some_and(|value| value >= *least));
+        let at_most = self.at_most.as_ref();
+        let is_small = at_most.is_none_or(|(field, most)| get(field).is_none_or(|value| value <= *most));
         let bits = self.bits.as_ref();
-        is_enough && bits.is_none_or(|(field, bits)| get(field).is_some_and(|value| value as u32 & bits == *bits))
+        is_enough
+            && is_small
+            && bits.is_none_or(|(field, bits)| get(field).is_some_and(|value| value as u32 & bits == *bits))
     }
 }
 
