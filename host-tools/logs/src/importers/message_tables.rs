@@ -59,8 +59,12 @@ pub(super) enum Take {
         #[serde(default = "one")]
         degrees: f64,
     },
-    /// Parts w, x, y, z of a quaternion from forward-right-down to north-east-down.
-    Quaternion { quaternion: [String; 4] },
+    /// Parts w, x, y, z of a quaternion from forward-right-down to north-east-down, or as ROS has it.
+    Quaternion {
+        quaternion: [String; 4],
+        #[serde(default)]
+        is_enu_flu: bool,
+    },
     /// A number.
     Number(Number),
 }

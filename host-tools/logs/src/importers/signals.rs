@@ -14,6 +14,7 @@ use super::message_tables::{MessageTable, Number, TABLES, Take};
 use super::messages::Gathering;
 use crate::DataError;
 use crate::log::{Column, MAX_SECONDS, Source};
+use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
@@ -60,6 +61,10 @@ pub(super) struct Signals<'a> {
     kept: Vec<Kept>,
     /// Rows of the table that are not used, and why.
     refused: BTreeMap<usize, &'static str>,
+    /// Why messages of a name are left out.
+    pub reasons: BTreeMap<String, String>,
+    /// Messages that are left out one by one.
+    pub left_out: Gathering,
     /// Added to every time, µs.
     pub shift_us: i64,
     /// What belongs together comes one number at a time.
@@ -72,7 +77,8 @@ impl<'a> Signals<'a> {
         for known in map.iter().flat_map(|map| map.format().columns.iter()) {
             let name = &*known.name;
             let Role::Sample { column, scale, offset } = known.role else {
-                let message = format!("mapped {name}: such a log has its own times and positions; map numbers alone");
+                let log = if table == "ros2" { "a ROS 2 bag" } else { "such a log" };
+                let message = format!("mapped {name}: {log} has its own times and positions; map numbers alone");
                 return Err(DataError::file(path, message));
             };
             sources.push(Mapped { name, column, scale, offset, is_found: false });
@@ -85,6 +91,8 @@ impl<'a> Signals<'a> {
             seen: BTreeMap::new(),
             kept: Vec::new(),
             refused: BTreeMap::new(),
+            reasons: BTreeMap::new(),
+            left_out: Gathering::default(),
             shift_us: 0,
             is_one_by_one: false,
         })
@@ -92,7 +100,7 @@ impl<'a> Signals<'a> {
 
     /// Whether the mapping or the table takes anything from a message.
     pub(super) fn takes(&self, base: &str) -> bool {
-        let is_named = |source: &Mapped| source.name.strip_prefix(base).is_some_and(|rest| !is_word(rest));
+        let is_named = |source: &Mapped| source.name.strip_prefix(base).is_some_and(is_number);
         self.table.messages.iter().any(|row| row.name == base) || self.sources.iter().any(is_named)
     }
 
@@ -113,12 +121,16 @@ impl<'a> Signals<'a> {
 
     /// One message, its name and which of several of that name (empty, or `[1]`), and its numbers.
     pub(super) fn message(&mut self, time_us: i64, base: &str, which: &str, fields: &[(&str, f64)]) {
-        let name = format!("{base}{which}");
-        if !self.seen.contains_key(&name) {
-            let seen = self.first_sight(base, &name, fields);
-            self.seen.insert(name.clone(), seen);
+        self.named(time_us, base, &format!("{base}{which}"), fields);
+    }
+
+    /// The same of a message whose name is not that of its kind, which the table has.
+    pub(super) fn named(&mut self, time_us: i64, base: &str, name: &str, fields: &[(&str, f64)]) {
+        if !self.seen.contains_key(name) {
+            let seen = self.first_sight(base, name, fields);
+            self.seen.insert(name.to_owned(), seen);
         }
-        let Some(seen) = self.seen.get_mut(&name) else { return };
+        let Some(seen) = self.seen.get_mut(name) else { return };
         seen.count += 1;
         // what no vehicle log can hold
         if !(0.0..MAX_SECONDS).contains(&(time_us as f64 * 1e-6)) {
@@ -155,9 +167,9 @@ impl<'a> Signals<'a> {
                         self.kept.push((time_us, from, Taken::FixDeg(fix_deg)));
                     }
                 }
-                Take::Quaternion { quaternion } => {
+                Take::Quaternion { quaternion, is_enu_flu } => {
                     if let [Some(w), Some(x), Some(y), Some(z)] = quaternion.each_ref().map(|part| get(part))
-                        && let Some(euler_rad) = euler_rad([w, x, y, z], false)
+                        && let Some(euler_rad) = euler_rad([w, x, y, z], *is_enu_flu)
                     {
                         samples.extend([Column::Roll, Column::Pitch, Column::Heading].into_iter().zip(euler_rad));
                     }
@@ -174,7 +186,12 @@ impl<'a> Signals<'a> {
         let wanted = |(place, source): (usize, &Mapped)| {
             // of one sensor, or of whichever sends most
             let rest = source.name.strip_prefix(name).or_else(|| source.name.strip_prefix(base))?;
-            let field = if rest.is_empty() && fields.len() == 1 { fields[0].0 } else { rest.strip_prefix('.')? };
+            let field = match rest {
+                "" if fields.len() == 1 => fields[0].0,
+                // a message may be an array
+                rest if !name.starts_with(base) && is_number(rest) => rest.strip_prefix('.').unwrap_or(rest),
+                rest => rest.strip_prefix('.')?,
+            };
             Some((place, field.to_owned()))
         };
         Seen {
@@ -190,6 +207,16 @@ impl<'a> Signals<'a> {
     pub(super) fn refuse(&mut self, name: &str, reason: &'static str) {
         if let Some(place) = self.table.messages.iter().position(|row| row.name == name) {
             self.refused.insert(place, reason);
+        }
+    }
+
+    /// Adds to what a row of the table gave for a column.
+    pub(super) fn add(&mut self, name: &str, column: Column, more: f64) {
+        let place = self.table.messages.iter().position(|row| row.name == name);
+        for (_, (of, _), taken) in &mut self.kept {
+            if let (true, Taken::Numbers(samples)) = (*of == place, taken) {
+                samples.iter_mut().filter(|(of, _)| *of == column).for_each(|(_, value)| *value += more);
+            }
         }
     }
 
@@ -230,7 +257,7 @@ impl<'a> Signals<'a> {
         };
         let owners = owners(&self.kept, is_used);
         let is_owned = |from: Origin, column: Column| is_used(from, column) && owners.get(&column) == Some(&from.0);
-        let mut gathering = Gathering::default();
+        let mut gathering = std::mem::take(&mut self.left_out);
         gathering.is_exact = !self.is_one_by_one;
         for (time_us, from, taken) in std::mem::take(&mut self.kept) {
             let time_us = time_us + self.shift_us;
@@ -278,6 +305,7 @@ impl<'a> Signals<'a> {
                 (None, _) if !seen.wanted.is_empty() => "another sensor with the same message is used",
                 (None, _) => "not part of a vehicle log",
             });
+            let reason = self.reasons.get(name).map_or(Cow::from(reason), |own| own.clone().into());
             gathering.leave_out_so_many(self.shown(name), seen.count, reason);
         }
         let mut log = gathering.finish(self.path, notes)?;
@@ -335,11 +363,10 @@ impl<'a> Signals<'a> {
             let text = list.join(", ");
             if text.chars().count() <= 300 { text } else { text.chars().take(300).collect::<String>() + " ..." }
         };
-        let message =
-            self.seen.iter().filter(|(seen, _)| name.strip_prefix(seen.as_str()).is_some_and(|r| !is_word(r)));
+        let message = self.seen.iter().filter(|(seen, _)| name.strip_prefix(seen.as_str()).is_some_and(is_number));
         match message.max_by_key(|(seen, _)| seen.len()) {
             Some((seen, Seen { fields, .. })) => {
-                let fields = beginning(fields.iter().map(String::as_str).collect());
+                let fields = beginning(fields.iter().map(String::as_str).filter(|field| !field.is_empty()).collect());
                 format!("mapped {name}: no such number; {seen} has {fields}")
             }
             None => {
@@ -374,7 +401,7 @@ fn number_of(message: &str, field: &str) -> String {
     if field.is_empty() { message.to_owned() } else { format!("{message}.{field}") }
 }
 
-/// Whether a text goes on with a letter, digit or underscore.
-fn is_word(rest: &str) -> bool {
-    rest.starts_with(|c: char| c.is_alphanumeric() || c == '_')
+/// Whether what follows the name of a message in a mapping names a number of it.
+fn is_number(rest: &str) -> bool {
+    rest.is_empty() || rest.starts_with(['.', '['])
 }

@@ -4,26 +4,27 @@
 //! Messages are in the conventions of REP 103 and REP 105: body forward-left-up, world east-north-up; here they are
 //! turned to forward-right-down and north-east-down. Times are those of the headers.
 //!
-//! Commands of propeller and fins come in types that say nothing of their meaning: a mapping names them (`mapped`).
+//! Commands of propeller and fins come in types that say nothing of their meaning: a mapping names them. `column` of its
+//! entry is a topic, with `.field` where the message has several arrays, and `[element]`, by number or by the name that
+//! the message gives it: `/thruster/rpm`, `/fins[2]`, `/joint_states.position[fin_top]`.
 
 mod cdr;
 mod files;
-mod mapped;
 mod sqlite;
+mod types;
 mod zstd;
 
 use super::Imported;
-use super::engine::euler_rad;
 use super::mapping::ColumnMap;
-use super::messages::Gathering;
+use super::message_tables::TABLES;
+use super::signals::Signals;
 use crate::DataError;
 use crate::log::Column;
 use crate::log::units::SEA_WATER_N_PER_M3;
-use cdr::Cdr;
 use files::{Recorded, Take};
-use mapped::{Mapped, Sources};
-use std::collections::BTreeMap;
+use std::collections::BTreeSet;
 use std::path::Path;
+use types::{Numbers, ODOMETRY, PRESSURE};
 
 /// Name of the format.
 pub(super) const NAME: &str = "ROS 2 bag";
@@ -35,24 +36,6 @@ pub(super) const GAUGE_PA: f64 = 50_000.0;
 /// Clocks that differ by less are one, µs.
 const SAME_CLOCK_US: i64 = 1_000_000;
 
-/// What a message type is read for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Kind {
-    Imu,
-    Odometry,
-    Pressure,
-    Twist,
-    Fix,
-}
-
-const KINDS: [(&str, Kind); 5] = [
-    ("sensor_msgs/msg/Imu", Kind::Imu),
-    ("nav_msgs/msg/Odometry", Kind::Odometry),
-    ("sensor_msgs/msg/FluidPressure", Kind::Pressure),
-    ("geometry_msgs/msg/TwistWithCovarianceStamped", Kind::Twist),
-    ("sensor_msgs/msg/NavSatFix", Kind::Fix),
-];
-
 /// Whether the beginning of a file (from 32 bytes on) is that of an MCAP file, and whether it is one of ROS 2, by the
 /// profile of its first record.
 #[must_use]
@@ -61,22 +44,6 @@ pub fn is_bag(beginning: &[u8]) -> Option<bool> {
     // opcode 1, length of the record, length of the profile, profile
     let profile = rest.get(13..17);
     Some(rest.first() == Some(&1) && profile == Some(b"ros2"))
-}
-
-/// Reads a bag, and the numbers that a mapping names, which take the place of the sensors' own.
-pub(super) fn read(path: &Path, map: Option<&ColumnMap>) -> Result<Imported, DataError> {
-    let sources = map.map_or_else(|| Ok(Sources::default()), |map| Sources::new(path, map))?;
-    let mut imported = read_with(path, sources)?;
-    // its mapping names topics, which no row of a table is
-    imported.log.sources = Some(BTreeMap::new());
-    for row in &mut imported.log.rows {
-        for &(column, value) in map.iter().flat_map(|map| map.format().constants.iter()) {
-            if row.get(column).is_none() {
-                row.set(column, value);
-            }
-        }
-    }
-    Ok(imported)
 }
 
 /// Whether a path is a bag, of any kind of file.
@@ -103,45 +70,54 @@ const COULD_BE: [(&str, &str); 9] = [
 /// A bag as it is read.
 struct Bag<'a> {
     path: &'a Path,
-    sources: Sources<'a>,
-    gathering: Gathering,
-    /// The first topic of each type is used.
-    topics: BTreeMap<&'static str, String>,
-    messages: Vec<(Kind, Stamped)>,
-    commands: Vec<(i64, Mapped)>,
+    signals: Signals<'a>,
+    /// Types of the table that it has.
+    types: BTreeSet<&'static str>,
+    lowest_pa: f64,
+    /// Topics and messages that a mapping names, by the time of the recorder.
+    commands: Vec<(i64, String, Numbers)>,
     /// What the clock of the headers is ahead of the recorder's, µs.
     ahead_us: Vec<i64>,
-    /// Topics of no use, with their count and the reason.
-    unread: BTreeMap<String, (usize, String)>,
+}
+
+/// The type, if the table has it.
+fn of_table(type_name: &str) -> Option<&'static str> {
+    TABLES["ros2"].messages.iter().map(|row| row.name.as_str()).find(|name| *name == type_name)
 }
 
 impl Bag<'_> {
     fn fail(&self, message: String) -> DataError {
         DataError::file(self.path, message)
     }
+
+    /// Hands on the numbers of a message.
+    fn signal(&mut self, time_us: i64, type_name: &str, topic: &str, numbers: &Numbers) {
+        let fields: Vec<(&str, f64)> = numbers.fields.iter().map(|(name, value)| (&**name, *value)).collect();
+        self.signals.named(time_us, type_name, topic, &fields);
+    }
 }
 
 impl Take for Bag<'_> {
     fn wants(&mut self, topic: &str, type_name: &str) -> Result<bool, DataError> {
-        let (is_nameable, is_mapped) = (mapped::is_nameable(type_name), self.sources.has_topic(topic));
+        let is_nameable = types::is_known(type_name) && of_table(type_name).is_none();
+        let is_mapped = self.signals.takes(topic);
         if is_mapped && !is_nameable {
             return Err(self.fail(format!("mapped {topic}: no mapping reads {type_name}")));
         }
-        if is_mapped || KINDS.iter().any(|(name, _)| *name == type_name) {
+        if is_mapped || of_table(type_name).is_some() {
             return Ok(true);
         }
-        if let Some((count, _)) = self.unread.get_mut(topic) {
-            *count += 1;
-            return Ok(false);
+        if self.signals.wants(topic) {
+            let lower = type_name.to_lowercase();
+            let could_be = COULD_BE.iter().find(|(part, _)| lower.contains(&part.to_lowercase()));
+            let reason = match could_be {
+                _ if is_nameable => "numbers of any meaning: name them by --columns".to_owned(),
+                Some((_, could_be)) => format!("{type_name} is not read, {could_be}"),
+                None => format!("{type_name} is not read"),
+            };
+            self.signals.reasons.insert(topic.to_owned(), reason);
+            self.signals.named(0, type_name, topic, &[]);
         }
-        let lower = type_name.to_lowercase();
-        let could_be = COULD_BE.iter().find(|(part, _)| lower.contains(&part.to_lowercase()));
-        let reason = match could_be {
-            _ if is_nameable => "numbers of any meaning: name them by --columns".to_owned(),
-            Some((_, could_be)) => format!("{type_name} is not read, {could_be}"),
-            None => format!("{type_name} is not read"),
-        };
-        self.unread.insert(topic.to_owned(), (1, reason));
         Ok(false)
     }
 
@@ -150,172 +126,75 @@ impl Take for Bag<'_> {
         if encoding != "cdr" {
             return Err(self.fail(format!("{topic}: encoding {encoding:?}; expected cdr")));
         }
-        let Some((name, kind)) = KINDS.into_iter().find(|(name, _)| *name == type_name) else {
-            match self.sources.read(topic, type_name, data) {
-                Some(mapped) => {
-                    self.ahead_us.extend(mapped.stamp_us.map(|stamp_us| stamp_us - log_us));
-                    self.commands.push((log_us, mapped));
-                }
-                None => self.gathering.leave_out(topic, "shorter than its type"),
-            }
+        let Some(numbers) = Numbers::read(type_name, data) else {
+            self.signals.left_out.leave_out(topic, "shorter than its type");
             return Ok(());
         };
-        if self.topics.entry(name).or_insert_with(|| topic.to_owned()) != topic {
-            self.gathering.leave_out(topic, "another topic of the same type is used");
+        self.ahead_us.extend(numbers.stamp_us.map(|stamp_us| stamp_us - log_us));
+        let Some(type_name) = of_table(type_name) else {
+            self.commands.push((log_us, topic.to_owned(), numbers));
             return Ok(());
+        };
+        self.types.insert(type_name);
+        if let (PRESSURE, [(_, pa), ..]) = (type_name, &numbers.fields[..]) {
+            self.lowest_pa = self.lowest_pa.min(*pa);
         }
-        match Cdr::new(data).and_then(|cdr| parse(kind, cdr)) {
-            Some(values) => {
-                self.ahead_us.push(values.time_us - log_us);
-                self.messages.push((kind, values));
-            }
-            None => self.gathering.leave_out(topic, "shorter than its type"),
-        }
+        self.signal(numbers.stamp_us.unwrap_or(0), type_name, topic, &numbers);
         Ok(())
     }
 }
 
-fn read_with(path: &Path, sources: Sources<'_>) -> Result<Imported, DataError> {
-    let mut bag = Bag {
-        path,
-        sources,
-        gathering: Gathering::default(),
-        topics: BTreeMap::new(),
-        messages: Vec::new(),
-        commands: Vec::new(),
-        ahead_us: Vec::new(),
-        unread: BTreeMap::new(),
-    };
-    let mut notes = files::read(path, &mut bag)?;
-    let fail = |message: String| DataError::file(path, message);
-    let Bag { sources, mut gathering, topics, messages, commands, mut ahead_us, unread, .. } = bag;
-    for (topic, (count, reason)) in unread {
-        gathering.leave_out_so_many(&topic, count, reason);
-    }
-    if let Some(name) = sources.missing() {
-        return Err(fail(format!("mapped {name}: no such topic, field or element in the bag")));
-    }
-    let has = |wanted: Kind| messages.iter().any(|(kind, _)| *kind == wanted);
-    let (has_twist, has_fix, has_imu) = (has(Kind::Twist), has(Kind::Fix), has(Kind::Imu));
-    let lowest_pa = messages.iter().filter(|(kind, _)| *kind == Kind::Pressure).map(|(_, m)| m.values[0]);
-    let surface_pa = if lowest_pa.fold(f64::INFINITY, f64::min) < GAUGE_PA { 0.0 } else { SURFACE_PA };
-    let add = |gathering: &mut Gathering, time_us: i64, samples: &[(Column, f64)]| {
-        let samples: Vec<_> = samples.iter().filter(|(column, _)| !sources.fills(*column)).copied().collect();
-        gathering.add(time_us, &samples);
-    };
-    for (kind, Stamped { time_us, values: v }) in messages {
-        match kind {
-            Kind::Imu => add(&mut gathering, time_us, &attitude(&v[..4], Some(&v[4..7]))),
-            Kind::Pressure => {
-                let depth_m = (v[0] - surface_pa) / SEA_WATER_N_PER_M3;
-                add(&mut gathering, time_us, &[(Column::Depth, depth_m)]);
-            }
-            Kind::Twist => add(&mut gathering, time_us, &velocity(&v)),
-            // status below zero: no fix
-            Kind::Fix if v[0] < 0.0 => {}
-            Kind::Fix => gathering.add_fix(time_us, v[1], v[2]),
-            Kind::Odometry => {
-                let mut samples = Vec::new();
-                if !has_imu {
-                    samples.extend(attitude(&v[3..7], None));
-                }
-                if !has_twist {
-                    samples.extend(velocity(&v[7..10]));
-                }
-                if !has_fix {
-                    samples.extend([(Column::GpsX, v[1]), (Column::GpsY, v[0])]);
-                }
-                add(&mut gathering, time_us, &samples);
-            }
+/// Reads a bag, and the numbers that a mapping names, which take the place of the sensors' own.
+pub(super) fn read(path: &Path, map: Option<&ColumnMap>) -> Result<Imported, DataError> {
+    let mut signals = Signals::new(path, map, "ros2")?;
+    signals.is_one_by_one = true;
+    for (name, _) in map.iter().flat_map(|map| map.columns()) {
+        if name.split_once('[').is_some_and(|(_, rest)| !rest.ends_with(']') || rest == "]") {
+            let message = format!("mapped {name}: expected /topic, /topic[element] or /topic.field[element]");
+            return Err(DataError::file(path, message));
         }
     }
-    ahead_us.sort_unstable();
-    let ahead_us = ahead_us.get(ahead_us.len() / 2).copied().unwrap_or(0);
+    let (types, lowest_pa) = (BTreeSet::new(), f64::INFINITY);
+    let mut bag = Bag { path, signals, types, lowest_pa, commands: Vec::new(), ahead_us: Vec::new() };
+    let faults = files::read(path, &mut bag)?;
+    bag.ahead_us.sort_unstable();
+    let ahead_us = bag.ahead_us.get(bag.ahead_us.len() / 2).copied().unwrap_or(0);
     // stamps of the same clock, later by what the messages took to the recorder
     let ahead_us = if ahead_us.abs() < SAME_CLOCK_US { 0 } else { ahead_us };
-    let is_unstamped = commands.iter().any(|(_, mapped)| mapped.stamp_us.is_none());
-    for (log_us, Mapped { stamp_us, samples }) in commands {
-        gathering.add(stamp_us.unwrap_or(log_us + ahead_us), &samples);
+    let commands = std::mem::take(&mut bag.commands);
+    let is_unstamped = commands.iter().any(|(.., numbers)| numbers.stamp_us.is_none());
+    for (log_us, topic, numbers) in commands {
+        bag.signal(numbers.stamp_us.unwrap_or(log_us + ahead_us), NAME, &topic, &numbers);
     }
-    let mut used: Vec<String> = topics.iter().map(|(name, topic)| format!("{topic} ({name})")).collect();
-    if used.is_empty() {
-        used.push("nothing by itself".to_owned());
-    }
-    notes.insert(
-        0,
-        format!("{NAME}; recognised: {}; turned to north-east-down and forward-right-down", used.join(", ")),
-    );
-    if topics.contains_key(KINDS[1].0) && !(has_fix && has_twist && has_imu) {
+    let Bag { mut signals, types, lowest_pa, .. } = bag;
+    let mut notes = vec!["turned to north-east-down and forward-right-down".to_owned()];
+    notes.extend(faults);
+    if types.contains(ODOMETRY) && types.iter().filter(|of| **of != PRESSURE).count() < 4 {
         notes.push("what no sensor's topic has is taken from the odometry, which is an estimate".to_owned());
     }
-    if topics.contains_key(KINDS[2].0) {
-        let from = if surface_pa > 0.0 { "absolute" } else { "above that of the air" };
+    if types.contains(PRESSURE) {
+        let is_gauge = lowest_pa < GAUGE_PA;
+        if is_gauge {
+            signals.add(PRESSURE, Column::Depth, SURFACE_PA / SEA_WATER_N_PER_M3);
+        }
+        let from = if is_gauge { "above that of the air" } else { "absolute" };
         notes.push(format!("pressure is {from}: depth for sea water of 1025 kg/m^3"));
     }
-    notes.extend(sources.note());
     if is_unstamped {
         let shift = if ahead_us == 0 { "" } else { ", put on the clock of the headers" };
         notes.push(format!("mapped messages without a stamp have the recorder's time{shift}"));
     }
-    Ok(Imported { format: NAME, log: gathering.finish(path, notes)? })
-}
-
-/// Attitude of a quaternion x, y, z, w in ROS' frames, and rates.
-fn attitude(q: &[f64], rates: Option<&[f64]>) -> Vec<(Column, f64)> {
-    let mut samples = Vec::new();
-    if let [x, y, z, w] = *q
-        && let Some([roll, pitch, heading]) = euler_rad([w, x, y, z], true)
-    {
-        samples.extend([(Column::Roll, roll), (Column::Pitch, pitch), (Column::Heading, heading)]);
-    }
-    if let Some(&[p, q, r]) = rates {
-        samples.extend([(Column::P, p), (Column::Q, -q), (Column::R, -r)]);
-    }
-    samples
-}
-
-fn velocity(v: &[f64]) -> Vec<(Column, f64)> {
-    match *v {
-        [x, y, z, ..] => vec![(Column::DvlU, x), (Column::DvlV, -y), (Column::DvlW, -z)],
-        _ => Vec::new(),
-    }
-}
-
-/// The numbers of a message that are used.
-struct Stamped {
-    time_us: i64,
-    values: Vec<f64>,
-}
-
-/// The numbers of a message in their order; `None` if it is too short.
-fn parse(kind: Kind, mut cdr: Cdr<'_>) -> Option<Stamped> {
-    let time_us = cdr.header_us()?;
-    let values = match kind {
-        Kind::Imu => {
-            let orientation = cdr.doubles(4)?;
-            cdr.doubles(9)?; // its covariance
-            [orientation, cdr.doubles(3)?].concat()
-        }
-        Kind::Pressure => cdr.doubles(1)?,
-        Kind::Twist => cdr.doubles(3)?,
-        Kind::Fix => {
-            let status = f64::from(cdr.byte()? as i8);
-            cdr.short()?; // service
-            [vec![status], cdr.doubles(2)?].concat()
-        }
-        Kind::Odometry => {
-            cdr.string()?; // child_frame_id
-            let pose = cdr.doubles(7)?;
-            cdr.doubles(36)?;
-            [pose, cdr.doubles(3)?].concat()
-        }
-    };
-    Some(Stamped { time_us, values })
+    let mut imported = signals.finish(NAME, notes)?;
+    // no mapping names what the table takes
+    let is_mapped = |name: &str| map.is_some_and(|map| map.columns().any(|(mapped, _)| mapped == name));
+    imported.log.sources.get_or_insert_default().retain(|_, source| is_mapped(&source.name));
+    Ok(imported)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::collections::BTreeMap;
 
     /// A message as a ROS 2 node writes it: little endian, stamp, frame, body.
     fn message(seconds: i32, frames: &[&str], body: &[f64], status: bool) -> Vec<u8> {
@@ -362,10 +241,14 @@ mod tests {
         let imu = [vec![0.0, 0.0, half, half], vec![0.0; 9], vec![0.1, 0.2, 0.3], vec![0.0; 21]].concat();
         let odometry = [vec![10.0, 20.0, -5.0, 0.0, 0.0, half, half], vec![0.0; 36], vec![9.0; 42]].concat();
         let all = [
-            ("/imu", KINDS[0].0, message(100, &["imu"], &imu, false)),
-            ("/dvl", KINDS[3].0, message(100, &["dvl_link"], &[1.5, 0.2, 0.1, 0.0, 0.0, 0.0], false)),
-            ("/pressure", KINDS[2].0, message(100, &["p"], &[101_325.0 + 2.0 * SEA_WATER_N_PER_M3, 0.0], false)),
-            ("/odom", KINDS[1].0, message(101, &["map", "base_link"], &odometry, false)),
+            ("/imu", "sensor_msgs/msg/Imu", message(100, &["imu"], &imu, false)),
+            (
+                "/dvl",
+                "geometry_msgs/msg/TwistWithCovarianceStamped",
+                message(100, &["dvl_link"], &[1.5, 0.2, 0.1, 0.0, 0.0, 0.0], false),
+            ),
+            ("/pressure", PRESSURE, message(100, &["p"], &[101_325.0 + 2.0 * SEA_WATER_N_PER_M3, 0.0], false)),
+            ("/odom", ODOMETRY, message(101, &["map", "base_link"], &odometry, false)),
             ("/chatter", "std_msgs/msg/String", message(101, &[], &[], false)),
         ];
         let folder = tempfile::tempdir().unwrap();
@@ -388,9 +271,10 @@ mod tests {
     #[test]
     fn a_fix_counts_where_its_status_says_so() {
         let fix = message(7, &["gps"], &[41.0, -70.0, 3.0], true);
-        let parsed = Cdr::new(&fix).and_then(|cdr| parse(Kind::Fix, cdr)).unwrap();
-        assert_eq!((parsed.values, parsed.time_us), (vec![0.0, 41.0, -70.0], 7_500_000));
-        assert!(Cdr::new(&fix[..20]).and_then(|cdr| parse(Kind::Fix, cdr)).is_none());
+        let parsed = Numbers::read("sensor_msgs/msg/NavSatFix", &fix).unwrap();
+        let values: Vec<f64> = parsed.fields.iter().map(|(_, value)| *value).collect();
+        assert_eq!((values, parsed.stamp_us), (vec![0.0, 41.0, -70.0], Some(7_500_000)));
+        assert!(Numbers::read("sensor_msgs/msg/NavSatFix", &fix[..20]).is_none());
     }
 
     /// A message in parts: each is aligned to its size and written, as the types' definitions have them.
@@ -442,7 +326,7 @@ mod tests {
         write(
             &path,
             &[
-                ("/pressure", KINDS[2].0, at(5000.5), pressure),
+                ("/pressure", PRESSURE, at(5000.5), pressure),
                 ("/joint_states", "sensor_msgs/msg/JointState", at(5001.0), parts(&joints.concat())),
                 ("/fins", "std_msgs/msg/Float64MultiArray", at(5001.2), parts(&fins)),
                 ("/bottom", "actuator_msgs/msg/Actuators", at(5002.0), parts(&actuators)),
@@ -483,7 +367,7 @@ mod tests {
         let plain = super::super::read(&path).unwrap().log;
         assert!(plain.notes.iter().any(|note| note.contains("/fins (1)") && note.contains("--columns")), "{plain:?}");
         for (from, to, complaint) in [
-            ("/fins[1]", "/fins[2]", "bag.mcap: mapped /fins[2]: no such topic"),
+            ("/fins[1]", "/fins[2]", "bag.mcap: mapped /fins[2]: no such number; /fins has data[0], data[1], [0], [1]"),
             ("/fins[1]", "/fins[1", "bag.mcap: mapped /fins[1: expected /topic"),
             ("/z", "/pressure", "bag.mcap: mapped /pressure: no mapping reads sensor_msgs/msg/FluidPressure"),
         ] {
