@@ -32,6 +32,13 @@ const MOST_JITTER_S: f64 = 0.3;
 /// Rows with a longer time between them are two stretches, s.
 const PAUSE_S: f64 = 1.5;
 
+/// The signs that this reader applies; `info` tests them against what follows the fins, and the propeller.
+const SIGNS: [&str; 3] = [
+    "rudders: positive turns to starboard in the file (top as it is, bottom turned round)",
+    "elevators: positive raises the nose in the file (port as it is, starboard turned round)",
+    "DVL: ahead and athwart are turned round, the log has ahead negative",
+];
+
 /// Places of columns in a row.
 mod place {
     pub(super) const TIME: usize = 0;
@@ -112,7 +119,7 @@ fn read_runs(path: &Path, files: &[PathBuf]) -> Result<Log, DataError> {
         return Err(DataError::file(path, format!("no row of {COLUMNS} columns in any {PREFIX}*.log")));
     }
     log.notes.extend(omitted.notes());
-    log.notes.extend(mounting_notes(&log));
+    log.notes.extend(SIGNS.map(str::to_owned));
     Ok(log)
 }
 
@@ -213,7 +220,7 @@ fn append(
         if (0.0..=360.0).contains(&row[place::HEADING]) {
             sample.set(Column::Heading, backseat_core::state::wrap_angle(row[place::HEADING] * RAD_PER_DEG));
         }
-        // upper +, port + as here; lower and starboard turn the other way (`mounting_notes` has the proof)
+        // upper +, port + as here; lower and starboard turn the other way ([`SIGNS`])
         let fins = [(place::UPPER, 1.0), (place::LOWER, -1.0), (place::PORT, 1.0), (place::STARBOARD, -1.0)];
         let first = Column::FinTop as usize;
         for (column, (at, sign)) in Column::ALL[first..first + 4].iter().zip(fins) {
@@ -271,75 +278,6 @@ impl Omitted {
         }
         notes
     }
-}
-
-/// Sums for a slope through the origin with its error.
-#[derive(Default)]
-struct Slope {
-    xx: f64,
-    xy: f64,
-    yy: f64,
-    count: f64,
-}
-
-impl Slope {
-    fn add(&mut self, x: f64, y: f64) {
-        self.xx += x * x;
-        self.xy += x * y;
-        self.yy += y * y;
-        self.count += 1.0;
-    }
-
-    /// Slope over its standard error.
-    fn sigmas(&self) -> f64 {
-        if self.count < 10.0 || self.xx <= 0.0 {
-            return 0.0;
-        }
-        let slope = self.xy / self.xx;
-        let rest = (self.yy - slope * self.xy).max(1e-12) / (self.count - 1.0);
-        slope / (rest / self.xx).sqrt()
-    }
-}
-
-/// The signs that this reader applied, with the evidence of this log for each.
-fn mounting_notes(log: &Log) -> Vec<String> {
-    let get = |row: &LogRow, column| row.get(column).unwrap_or(f64::NAN);
-    let (mut rudder, mut elevator, mut ahead) = (Slope::default(), Slope::default(), Slope::default());
-    for rows in log.rows.windows(3) {
-        let [before, row, after] = rows else { continue };
-        let step_s = (after.time_us - before.time_us) as f64 * 1e-6;
-        if step_s > 2.0 * PAUSE_S || get(row, Column::PropRpm) < POWERED_RPM || get(row, Column::Depth) < SURFACE_M {
-            continue;
-        }
-        let rate = |column| backseat_core::state::wrap_angle(get(after, column) - get(before, column)) / step_s;
-        let yawing = 0.5 * (get(row, Column::FinTop) - get(row, Column::FinBottom));
-        let pitching = 0.5 * (get(row, Column::FinPort) - get(row, Column::FinStarboard));
-        for (slope, x, y) in [
-            (&mut rudder, yawing, rate(Column::Heading)),
-            (&mut elevator, pitching, rate(Column::Pitch)),
-            (&mut ahead, get(row, Column::PropRpm), get(row, Column::DvlU)),
-        ] {
-            if x.is_finite() && y.is_finite() {
-                slope.add(x, y);
-            }
-        }
-    }
-    let say = |what: &str, slope: &Slope| {
-        let sigmas = slope.sigmas();
-        let verdict = if sigmas > 3.0 {
-            "agrees"
-        } else if sigmas < -3.0 {
-            "CONTRADICTS"
-        } else {
-            "does not show it"
-        };
-        format!("{what}; the log {verdict} ({sigmas:.0} sigma)")
-    };
-    vec![
-        say("rudders: positive turns to starboard in the file (top as it is, bottom turned round)", &rudder),
-        say("elevators: positive raises the nose in the file (port as it is, starboard turned round)", &elevator),
-        say("DVL: ahead and athwart are turned round, the log has ahead negative", &ahead),
-    ]
 }
 
 #[cfg(test)]
