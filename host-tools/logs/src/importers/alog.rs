@@ -114,7 +114,7 @@ impl<'a> Message<'a> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::tests::import;
+    use super::super::tests::{import, import_mapped};
     use super::*;
     use crate::log::Column;
 
@@ -159,11 +159,7 @@ mod tests {
             + &entry("fin_bottom_rad", "DESIRED_RUDDER", "unit = \"deg\"\nsign = -1")
             + &entry("fin_port_rad", "DESIRED_ELEVATOR", "unit = \"deg\"")
             + &entry("fin_starboard_rad", "DESIRED_ELEVATOR", "unit = \"deg\"\nsign = -1");
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("x.alog");
-        std::fs::write(&path, alog).unwrap();
-        let map = ColumnMap::parse(&map, Path::new("m.toml")).unwrap();
-        let log = super::super::read_mapped(&path, &map).unwrap().log;
+        let log = import_mapped(alog, &map).unwrap().log;
         let inputs: Vec<_> = log.rows.iter().filter_map(|row| Some((row.time_us, row.actuators()?))).collect();
         let [(0.., first), (700_000, last)] = inputs[..] else { panic!("{inputs:?}") };
         assert!((first.propeller_radps - 1000.0 * std::f64::consts::PI / 30.0).abs() < 1e-9, "{first:?}");
@@ -204,13 +200,9 @@ mod tests {
         let said = "left out NAV_HEADING[uSimMarine] (1), NAV_SPEED[pOther] (1): another sensor with the same message";
         assert!(notes.contains("NAV_HEADING[pOther] (heading_rad)") && notes.contains(said), "{notes}");
         // by a mapping as well, unless it names the source
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("x.alog");
-        std::fs::write(&path, alog).unwrap();
         for (name, expected) in [("NAV_SPEED", vec![1.5, 1.4]), ("NAV_SPEED[pOther]", vec![9.0])] {
             let map = format!("[columns.speed_log_mps]\ncolumn = \"{name}\"\n");
-            let map = ColumnMap::parse(&map, Path::new("m.toml")).unwrap();
-            let log = super::super::read_mapped(&path, &map).unwrap().log;
+            let log = import_mapped(&alog, &map).unwrap().log;
             assert_eq!(log.column(Column::SpeedLog).map(|(_, speed)| speed).collect::<Vec<_>>(), expected, "{name}");
         }
     }
@@ -218,15 +210,11 @@ mod tests {
     /// As the guide says of a vehicle that logs no roll and pitch; a table needs its columns.
     #[test]
     fn constants_stand_beside_what_a_log_has() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("x.alog");
-        let map = ColumnMap::parse("[constants]\nroll_rad = 0\npitch_rad = 0\n", Path::new("m.toml")).unwrap();
-        std::fs::write(&path, ALOG).unwrap();
-        let log = super::super::read_mapped(&path, &map).unwrap().log;
+        let map = "[constants]\nroll_rad = 0\npitch_rad = 0\n";
+        let log = import_mapped(ALOG, map).unwrap().log;
         let attitude_rad = log.rows[0].attitude_rad().unwrap();
         assert_eq!(attitude_rad.map(|rad| rad.to_degrees().round()), [0.0, 0.0, -90.0]);
-        std::fs::write(&path, "Zeit,Tiefe\n0,1\n").unwrap();
-        let complaint = super::super::read_mapped(&path, &map).unwrap_err().to_string();
+        let complaint = import_mapped("Zeit,Tiefe\n0,1\n", map).unwrap_err().to_string();
         assert!(complaint.contains("[columns] is empty"), "{complaint}");
     }
 

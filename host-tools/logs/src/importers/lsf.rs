@@ -183,6 +183,7 @@ fn entity(payload: &[u8], is_big_endian: bool) -> Option<(u8, String)> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::tests::{import, import_mapped};
     use super::*;
     use crate::log::Column;
 
@@ -225,19 +226,15 @@ mod tests {
             let fix = [4.0, 0.0, 2026.0, 9.0, 7.0, 0.0, 1.37, 0.29, 0.0, 9.0, 0.0, 0.0, 1.0, 1.0, hacc_m, 2.0];
             bytes.extend(message(8259, time_s, "GpsFix", &fix));
         }
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("Data.lsf");
-        std::fs::write(&path, bytes).unwrap();
-        let log = super::super::read(&path).unwrap().log;
+        let log = import(&bytes).unwrap().log;
         let depth: Vec<f64> = log.column(Column::Depth).map(|(_, depth)| depth).collect();
         let fixes: Vec<u64> = log.column(Column::GpsX).map(|(time_us, _)| time_us / 1_000_000).collect();
         assert_eq!((depth, fixes), (vec![1.0; 4], vec![0, 1, 3]));
         let said =
             "is 12.7 deg more, by a mapping: columns.heading_rad = { column = \"EulerAngles.psi\", offset = 0.2220 }";
         assert!(log.notes.iter().any(|note| note.contains(said)), "{:?}", log.notes);
-        let map =
-            ColumnMap::parse("columns.heading_rad = { column = \"EulerAngles.psi\", offset = 0.2220 }", &path).unwrap();
-        let log = super::super::read_mapped(&path, &map).unwrap().log;
+        let map = "columns.heading_rad = { column = \"EulerAngles.psi\", offset = 0.2220 }";
+        let log = import_mapped(&bytes, map).unwrap().log;
         assert!((log.column(Column::Heading).next().unwrap().1 - 1.222).abs() < 1e-9);
     }
 }

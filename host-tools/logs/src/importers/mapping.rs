@@ -338,22 +338,16 @@ fn factor(
 
 #[cfg(test)]
 mod tests {
+    use super::super::tests::import_mapped;
     use super::*;
 
     const MAP: &str = "separator = \";\"\n[time]\ncolumn = \"ms\"\nunit = \"ms\"\nbase = \"epoch\"\n\
         [columns.depth_m]\ncolumn = \"Tiefe\"\nunit = \"ft\"\nsign = -1\noffset = 1\n\
         [columns.heading_rad]\ncolumn = \"Kurs\"\nunit = \"deg\"\n[columns.dvl_u_mps]\ncolumn = \"v\"\nscale = 2\n";
 
-    fn map(text: &str) -> Result<ColumnMap, String> {
-        ColumnMap::parse(text, Path::new("map.toml")).map_err(|e| e.to_string())
-    }
-
     #[test]
     fn val_units_sign_offset_and_time_base() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("t.csv");
-        std::fs::write(&path, "ms;v;Tiefe;Kurs;Rest\n1500;0.5;-11;270;x\n2500;;-21;90;x\n").unwrap();
-        let log = super::super::read_mapped(&path, &map(MAP).unwrap()).unwrap().log;
+        let log = import_mapped("ms;v;Tiefe;Kurs;Rest\n1500;0.5;-11;270;x\n2500;;-21;90;x\n", MAP).unwrap().log;
         assert_eq!(log.rows.iter().map(|row| row.time_us).collect::<Vec<_>>(), [0, 1_000_000]);
         assert!((log.rows[0].get(Column::Depth).unwrap() - 3.048).abs() < 1e-12); // (−11 + 1) · −1 feet
         assert!((log.rows[0].get(Column::Heading).unwrap() + std::f64::consts::FRAC_PI_2).abs() < 1e-12);
@@ -376,13 +370,10 @@ mod tests {
             ("hms", "23:59:59", "00:00:00", None),
             ("hms", "11:59:59 PM", "12:00:00 AM", None),
         ] {
-            let folder = tempfile::tempdir().unwrap();
-            let path = folder.path().join("t.csv");
-            std::fs::write(&path, format!("Datum;Tiefe\n{first};1\n{second};2\n")).unwrap();
             let text = format!(
                 "separator = \";\"\n[time]\ncolumn = \"Datum\"\nunit = \"{unit}\"\n[columns.depth_m]\ncolumn = \"Tiefe\"\n"
             );
-            let log = super::super::read_mapped(&path, &map(&text).unwrap()).unwrap().log;
+            let log = import_mapped(format!("Datum;Tiefe\n{first};1\n{second};2\n"), &text).unwrap().log;
             let near = |a: i64, b: i64| (a - b).abs() < 100; // µs: a day in a double has 10
             assert!(near(log.rows[1].time_us as i64, 1_000_000), "{unit}: {}", log.rows[1].time_us);
             assert_eq!(log.rows[0].time_us, 0);
@@ -392,12 +383,9 @@ mod tests {
 
     #[test]
     fn val_the_roll_of_an_instrument_upside_down() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("t.csv");
-        std::fs::write(&path, "t;Rollen\n0;-176\n1;179\n").unwrap();
         let text = "separator = \";\"\n[time]\ncolumn = \"t\"\nunit = \"s\"\nbase = \"start\"\n\
             [columns.roll_rad]\ncolumn = \"Rollen\"\nunit = \"deg\"\noffset = 180\n";
-        let log = super::super::read_mapped(&path, &map(text).unwrap()).unwrap().log;
+        let log = import_mapped("t;Rollen\n0;-176\n1;179\n", text).unwrap().log;
         let roll_deg = [0, 1].map(|row| log.rows[row].get(Column::Roll).unwrap().to_degrees());
         assert!((roll_deg[0] - 4.0).abs() < 1e-9 && (roll_deg[1] + 1.0).abs() < 1e-9, "{roll_deg:?}");
     }
@@ -405,16 +393,13 @@ mod tests {
     /// As Excel writes it where the comma is decimal, and a quoted text in between.
     #[test]
     fn decimal_commas_quotes_and_marks_of_no_sample() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("t.csv");
-        std::fs::write(&path, "\"ms\";v;\"Rest\";Tiefe;Kurs\n1500;0,5;\"a; b\";-11;270\n2500;n/a;x;-9999;90\n")
-            .unwrap();
+        let table = "\"ms\";v;\"Rest\";Tiefe;Kurs\n1500;0,5;\"a; b\";-11;270\n2500;n/a;x;-9999;90\n";
         let marked = format!("missing = [\"n/a\", \"-9999\"]\n{MAP}");
-        let log = super::super::read_mapped(&path, &map(&marked).unwrap()).unwrap().log;
+        let log = import_mapped(table, &marked).unwrap().log;
         assert_eq!(log.rows[0].get(Column::DvlU), Some(1.0));
         assert!((log.rows[0].get(Column::Depth).unwrap() - 3.048).abs() < 1e-12);
         assert_eq!([Column::DvlU, Column::Depth].map(|column| log.rows[1].get(column)), [None; 2]);
-        let complaint = super::super::read_mapped(&path, &map(MAP).unwrap()).unwrap_err().to_string();
+        let complaint = import_mapped(table, MAP).unwrap_err().to_string();
         assert!(complaint.contains(":3:2: v: \"n/a\" is not a number"), "{complaint}");
     }
 
@@ -431,7 +416,8 @@ mod tests {
             ("separator = \";\"", "separator = \";;\"", "map.toml:1:13: separator: expected one character"),
             ("[time]", "[times]", "unknown field `times`"),
         ] {
-            let complaint = map(&MAP.replacen(from, to, 1)).unwrap_err();
+            let map = ColumnMap::parse(&MAP.replacen(from, to, 1), Path::new("map.toml"));
+            let complaint = map.unwrap_err().to_string();
             assert!(complaint.contains(message) && complaint.lines().count() == 1, "{to}: {complaint}");
         }
     }

@@ -243,12 +243,23 @@ pub fn read_mapped(path: &Path, map: &ColumnMap) -> Result<Imported, DataError> 
 mod tests {
     use super::*;
 
-    /// What becomes of a file of this content.
-    pub(super) fn import(text: &str) -> Result<Imported, DataError> {
+    /// A file of this content, in a folder that is there as long as it is held.
+    pub(super) fn written(content: impl AsRef<[u8]>) -> (tempfile::TempDir, std::path::PathBuf) {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("mission.log");
-        std::fs::write(&path, text).unwrap();
-        read(&path)
+        std::fs::write(&path, content).unwrap();
+        (folder, path)
+    }
+
+    /// What becomes of a file of this content.
+    pub(super) fn import(content: impl AsRef<[u8]>) -> Result<Imported, DataError> {
+        read(&written(content).1)
+    }
+
+    /// The same by a mapping.
+    pub(super) fn import_mapped(content: impl AsRef<[u8]>, map: &str) -> Result<Imported, DataError> {
+        let map = ColumnMap::parse(map, Path::new("map.toml")).unwrap_or_else(|e| panic!("{e}\n{map}"));
+        read_mapped(&written(content).1, &map)
     }
 
     /// What is binary never reaches the terminal.

@@ -123,6 +123,7 @@ fn time_us(ensemble: &Ensemble) -> Option<i64> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::tests::import;
     use super::*;
 
     /// A vector of the wire's tests.
@@ -131,14 +132,6 @@ mod tests {
         let line = vectors.lines().find(|line| line.starts_with(name)).unwrap();
         let digits = line.rsplit('\t').next().unwrap();
         (0..digits.len() / 2).map(|i| u8::from_str_radix(&digits[2 * i..2 * i + 2], 16).unwrap()).collect()
-    }
-
-    /// The log of a file of these bytes.
-    fn log(bytes: &[u8]) -> crate::Log {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("RDI.000");
-        std::fs::write(&path, bytes).unwrap();
-        super::super::read(&path).unwrap().log
     }
 
     /// Recorded and built ensembles whose coordinate byte, alignment and direction are written over. The velocities of
@@ -171,7 +164,7 @@ mod tests {
             let end = bytes.len() - 2;
             let sum = bytes[..end].iter().fold(0_u16, |sum, byte| sum.wrapping_add(u16::from(*byte)));
             bytes[end..].copy_from_slice(&sum.to_le_bytes());
-            let log = log(&bytes);
+            let log = import(&bytes).unwrap().log;
             let (found, notes) = (log.rows[0].dvl_mps(), log.notes.join("\n"));
             match expected {
                 Ok(expected) => {
@@ -195,7 +188,7 @@ mod tests {
         let mut bytes = [vector("wh_bt_good_a"), vector("wh_bt_good_b")].concat();
         let cut: Vec<u8> = bytes[..200].to_vec();
         bytes.extend(cut);
-        let log = log(&bytes);
+        let log = import(&bytes).unwrap().log;
         assert_eq!(log.rows.len(), 2, "{log:?}");
         let expected: serde_json::Value =
             serde_json::from_str(include_str!("../../../../firmware/wire/tests/vectors/pd0_expected.json")).unwrap();
