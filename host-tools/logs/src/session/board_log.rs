@@ -1,87 +1,44 @@
 //! The log that a board writes to its memory card, as events of a session.
 
-use super::{Damage, Entry, Event};
+use super::reader::{Passed, Source};
+use super::{Entry, Event};
 use crate::DataError;
 use backseat_app::parameters::{PARAMETER_SCHEMA, PARAMETERS};
 use backseat_wire::boardlog::LogRecord;
 use backseat_wire::hostlink::Decoder;
-use std::collections::VecDeque;
 use std::fs::File;
 use std::io::Read;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 const BLOCK: usize = 1 << 16;
 
 /// Reads a board log.
 pub struct BoardLog {
-    path: PathBuf,
-    file: File,
-    length: u64,
-    read: u64,
+    passed: Passed,
     decoder: Decoder,
-    /// The last good frame ended before this byte.
-    whole: u64,
-    waiting: VecDeque<Entry>,
     firmware: String,
     schema: u16,
     /// Values of a set that is not complete yet.
     values: Vec<f64>,
     time_us: u64,
-    pub damage: Damage,
-    ended: bool,
 }
 
-impl BoardLog {
-    /// Reads its first block, which has to hold a record.
-    pub fn open(path: &Path, file: File) -> Result<Self, DataError> {
-        let length = file.metadata().map_err(|error| DataError::io(path, &error))?.len();
-        let mut log = Self {
-            path: path.to_owned(),
-            file,
-            length,
-            read: 0,
-            decoder: Decoder::new(),
-            whole: 0,
-            waiting: VecDeque::new(),
-            firmware: String::new(),
-            schema: 0,
-            values: Vec::new(),
-            time_us: 0,
-            damage: Damage::default(),
-            ended: false,
-        };
-        log.advance()?;
-        if log.waiting.is_empty() {
-            return Err(DataError::file(path, "neither a session (MCAP) nor a log of a board's memory card"));
-        }
-        Ok(log)
+impl Source for BoardLog {
+    fn passed(&mut self) -> &mut Passed {
+        &mut self.passed
     }
 
-    pub fn program(&self) -> String {
-        format!("backseat {}", if self.firmware.is_empty() { "(unknown)" } else { &self.firmware })
-    }
-
-    pub const fn position(&self) -> (u64, u64) {
-        (self.read, self.length)
-    }
-
-    pub fn next(&mut self) -> Option<Result<Entry, DataError>> {
-        while self.waiting.is_empty() && !self.ended {
-            if let Err(error) = self.advance() {
-                self.ended = true;
-                return Some(Err(error));
-            }
-        }
-        self.waiting.pop_front().map(Ok)
+    fn so_far(&self) -> &Passed {
+        &self.passed
     }
 
     /// Takes in one block of the file.
     fn advance(&mut self) -> Result<(), DataError> {
         let mut block = vec![0; BLOCK];
-        let count = self.file.read(&mut block).map_err(|error| DataError::io(&self.path, &error))?;
+        let count = self.passed.file.read(&mut block).map_err(|error| DataError::io(&self.passed.path, &error))?;
         if count == 0 {
-            self.ended = true;
-            self.damage.cut_bytes = self.length.saturating_sub(self.whole);
+            self.passed.ended = true;
+            self.passed.damage.cut_bytes = self.passed.length.saturating_sub(self.passed.whole);
             return Ok(());
         }
         let mut decoder = std::mem::take(&mut self.decoder);
@@ -92,15 +49,32 @@ impl BoardLog {
         {
             match frame.and_then(|frame| frame.message()) {
                 Ok(record) => {
-                    self.whole = self.read + (count - bytes.len()) as u64;
+                    self.passed.whole = self.passed.read + (count - bytes.len()) as u64;
                     outcome = self.take(record);
                 }
-                Err(_) => self.damage.broken_records += 1,
+                Err(_) => self.passed.damage.broken_records += 1,
             }
         }
         self.decoder = decoder;
-        self.read += count as u64;
+        self.passed.read += count as u64;
         outcome
+    }
+}
+
+impl BoardLog {
+    /// Reads its first block, which has to hold a record.
+    pub fn open(path: &Path, file: File) -> Result<Self, DataError> {
+        let (passed, decoder) = (Passed::open(path, file, 0)?, Decoder::new());
+        let mut log = Self { passed, decoder, firmware: String::new(), schema: 0, values: Vec::new(), time_us: 0 };
+        log.advance()?;
+        if log.passed.waiting.is_empty() {
+            return Err(DataError::file(path, "neither a session (MCAP) nor a log of a board's memory card"));
+        }
+        Ok(log)
+    }
+
+    pub fn program(&self) -> String {
+        format!("backseat {}", if self.firmware.is_empty() { "(unknown)" } else { &self.firmware })
     }
 
     fn take(&mut self, record: LogRecord<'_>) -> Result<(), DataError> {
@@ -118,7 +92,7 @@ impl BoardLog {
                 if usize::from(first) != self.values.len() {
                     // records before it are missing
                     self.values.clear();
-                    self.damage.broken_records += 1;
+                    self.passed.damage.broken_records += 1;
                     return Ok(());
                 }
                 self.values.extend_from_slice(&values);
@@ -134,7 +108,7 @@ impl BoardLog {
             LogRecord::Lost { records } => (self.time_us, Event::Lost(records)),
         };
         self.time_us = time_us;
-        self.waiting.push_back(Entry { time_us, event });
+        self.passed.waiting.push_back(Entry { time_us, event });
         Ok(())
     }
 
@@ -149,10 +123,10 @@ impl BoardLog {
                 values.len(),
                 PARAMETERS.len()
             );
-            return Err(DataError::file(&self.path, message));
+            return Err(DataError::file(&self.passed.path, message));
         }
         let values = PARAMETERS.iter().map(|parameter| parameter.name.to_owned()).zip(values).collect();
-        self.waiting.push_back(Entry { time_us: self.time_us, event: Event::Parameters(values) });
+        self.passed.waiting.push_back(Entry { time_us: self.time_us, event: Event::Parameters(values) });
         Ok(())
     }
 }

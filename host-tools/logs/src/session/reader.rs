@@ -21,12 +21,37 @@ const MAX_CHUNK: usize = 1 << 26;
 /// Reads a file's events in the order in which they were written.
 pub struct Reader {
     meta: Meta,
-    source: Recorded,
+    source: Box<dyn Source + Send>,
 }
 
-enum Recorded {
-    Session(Box<Session>),
-    BoardLog(Box<BoardLog>),
+/// A file as far as it was read.
+pub(super) struct Passed {
+    pub path: PathBuf,
+    pub file: File,
+    pub length: u64,
+    pub read: u64,
+    /// Where the last whole record ended.
+    pub whole: u64,
+    pub waiting: VecDeque<Entry>,
+    pub attachments: Vec<Attachment>,
+    pub damage: Damage,
+    pub ended: bool,
+}
+
+impl Passed {
+    pub fn open(path: &Path, file: File, whole: u64) -> Result<Self, DataError> {
+        let length = file.metadata().map_err(|error| DataError::io(path, &error))?.len();
+        let (waiting, attachments, damage) = (VecDeque::new(), Vec::new(), Damage::default());
+        Ok(Self { path: path.to_owned(), file, length, read: 0, whole, waiting, attachments, damage, ended: false })
+    }
+}
+
+/// A file of either kind.
+pub(super) trait Source {
+    fn passed(&mut self) -> &mut Passed;
+    fn so_far(&self) -> &Passed;
+    /// Takes in a part of the file.
+    fn advance(&mut self) -> Result<(), DataError>;
 }
 
 impl Reader {
@@ -46,10 +71,10 @@ impl Reader {
         if !MAGIC.starts_with(&magic) {
             let log = BoardLog::open(path, file)?;
             let meta = Meta::new(log.program(), Clock::Board);
-            return Ok(Self { meta, source: Recorded::BoardLog(Box::new(log)) });
+            return Ok(Self { meta, source: Box::new(log) });
         }
         let (session, meta) = Session::open(path, file)?;
-        Ok(Self { meta, source: Recorded::Session(Box::new(session)) })
+        Ok(Self { meta, source: Box::new(session) })
     }
 
     /// The session's description.
@@ -59,26 +84,18 @@ impl Reader {
 
     /// The files that belong to the session, as far as they have been passed: those at its front from the start.
     pub fn attachments(&self) -> &[Attachment] {
-        match &self.source {
-            Recorded::Session(session) => &session.attachments,
-            Recorded::BoardLog(_) => &[],
-        }
+        &self.source.so_far().attachments
     }
 
     /// Bytes read so far, and in all: for a progress bar.
     pub fn position(&self) -> (u64, u64) {
-        match &self.source {
-            Recorded::Session(session) => (session.read, session.length),
-            Recorded::BoardLog(log) => log.position(),
-        }
+        let passed = self.source.so_far();
+        (passed.read, passed.length)
     }
 
     /// What was left out so far; complete when the events have come to their end.
     pub fn damage(&self) -> Damage {
-        match &self.source {
-            Recorded::Session(session) => session.damage,
-            Recorded::BoardLog(log) => log.damage,
-        }
+        self.source.so_far().damage
     }
 }
 
@@ -86,141 +103,125 @@ impl Iterator for Reader {
     type Item = Result<Entry, DataError>;
 
     fn next(&mut self) -> Option<Self::Item> {
-        match &mut self.source {
-            Recorded::Session(session) => session.next(),
-            Recorded::BoardLog(log) => log.next(),
+        while self.source.so_far().waiting.is_empty() && !self.source.so_far().ended {
+            if let Err(error) = self.source.advance() {
+                self.source.passed().ended = true;
+                return Some(Err(error));
+            }
         }
+        self.source.passed().waiting.pop_front().map(Ok)
     }
 }
 
 /// An MCAP file, from its start to its end or cut.
 struct Session {
-    path: PathBuf,
-    file: File,
-    length: u64,
-    read: u64,
+    passed: Passed,
     records: LinearReader,
     index: Index,
-    /// Where the last whole record ended.
-    whole: u64,
     topics: HashMap<u16, String>,
-    waiting: VecDeque<Entry>,
-    attachments: Vec<Attachment>,
-    damage: Damage,
-    ended: bool,
+    meta: Option<Meta>,
 }
 
-impl Session {
-    /// Reads up to the first event.
-    fn open(path: &Path, mut file: File) -> Result<(Self, Meta), DataError> {
-        let length = file.metadata().map_err(|error| DataError::io(path, &error))?.len();
-        let mut index = Index::read(&mut file, length).map_err(|error| DataError::io(path, &error))?;
-        let mut session = Self {
-            path: path.to_owned(),
-            file,
-            length,
-            read: 0,
-            records: LinearReader::new_with_options(options(length)),
-            whole: MAGIC.len() as u64,
-            topics: std::mem::take(&mut index.topics),
-            index,
-            waiting: VecDeque::new(),
-            attachments: Vec::new(),
-            damage: Damage::default(),
-            ended: false,
-        };
-        let mut meta = None;
-        while session.waiting.is_empty() && !session.ended {
-            meta = session.advance()?.or(meta);
-        }
-        let meta = meta.ok_or_else(|| {
-            DataError::file(path, "an MCAP file, but not a session of this program: its description is missing")
-        })?;
-        Ok((session, meta))
+impl Source for Session {
+    fn passed(&mut self) -> &mut Passed {
+        &mut self.passed
     }
 
-    fn next(&mut self) -> Option<Result<Entry, DataError>> {
-        while self.waiting.is_empty() && !self.ended {
-            if let Err(error) = self.advance() {
-                self.ended = true;
-                return Some(Err(error));
-            }
-        }
-        self.waiting.pop_front().map(Ok)
+    fn so_far(&self) -> &Passed {
+        &self.passed
     }
 
-    /// Takes in one record; the description, if it is that.
-    fn advance(&mut self) -> Result<Option<Meta>, DataError> {
-        let from = self.whole;
+    /// Takes in one record.
+    fn advance(&mut self) -> Result<(), DataError> {
+        let from = self.passed.whole;
         let (opcode, record) = loop {
             match self.records.next_event() {
                 None => {
-                    self.ended = true;
-                    return Ok(None);
+                    self.passed.ended = true;
+                    return Ok(());
                 }
                 Some(Ok(LinearReadEvent::ReadRequest(need))) => {
-                    let count = self.file.read(self.records.insert(need));
-                    let count = count.map_err(|error| DataError::io(&self.path, &error))?;
+                    let count = self.passed.file.read(self.records.insert(need));
+                    let count = count.map_err(|error| DataError::io(&self.passed.path, &error))?;
                     self.records.notify_read(count);
-                    self.read += count as u64;
+                    self.passed.read += count as u64;
                 }
                 Some(Ok(LinearReadEvent::Record { data, opcode })) => {
-                    self.whole += (1 + 8 + data.len()) as u64;
+                    self.passed.whole += (1 + 8 + data.len()) as u64;
                     break (opcode, data.to_vec());
                 }
                 // The end is missing, or a length makes no sense: what is behind is found by the index alone.
                 Some(Err(_)) => {
                     if let Some(start) = self.index.behind(from) {
-                        return self.go_on_at(start).map(|()| None);
+                        return self.go_on_at(start);
                     }
-                    self.damage.unfinished = true;
-                    self.damage.cut_bytes = self.length.saturating_sub(self.whole);
-                    self.ended = true;
-                    return Ok(None);
+                    self.passed.damage.unfinished = true;
+                    self.passed.damage.cut_bytes = self.passed.length.saturating_sub(self.passed.whole);
+                    self.passed.ended = true;
+                    return Ok(());
                 }
             }
         };
         if opcode == op::CHUNK {
             match self.chunk(&record) {
-                Ok(entries) => self.waiting.extend(entries),
+                Ok(entries) => self.passed.waiting.extend(entries),
                 Err(Broken::Chunk) => match self.swallowed(from) {
                     Some(start) => self.go_on_at(start)?,
-                    None => self.damage.broken_records += 1,
+                    None => self.passed.damage.broken_records += 1,
                 },
-                Err(Broken::Message(message)) => return Err(DataError::file(&self.path, message)),
+                Err(Broken::Message(message)) => return Err(DataError::file(&self.passed.path, message)),
             }
-            return Ok(None);
+            return Ok(());
         }
         if let Some(start) = self.swallowed(from) {
-            return self.go_on_at(start).map(|()| None);
+            return self.go_on_at(start);
         }
         match parse_record(opcode, &record) {
             Ok(Record::Metadata(metadata)) if metadata.name == format::METADATA => {
                 let meta = format::from_metadata(metadata.metadata);
-                return meta.map(Some).map_err(|message| DataError::file(&self.path, message));
+                self.meta = Some(meta.map_err(|message| DataError::file(&self.passed.path, message))?);
             }
-            Ok(Record::Attachment { header, data, .. }) => self.attachments.push(Attachment {
+            Ok(Record::Attachment { header, data, .. }) => self.passed.attachments.push(Attachment {
                 name: header.name,
                 media_type: header.media_type,
                 bytes: data.into_owned(),
             }),
             Ok(_) => {}
-            Err(_) => self.damage.broken_records += 1,
+            Err(_) => self.passed.damage.broken_records += 1,
         }
-        Ok(None)
+        Ok(())
+    }
+}
+
+impl Session {
+    /// Reads up to the first event.
+    fn open(path: &Path, file: File) -> Result<(Self, Meta), DataError> {
+        let mut passed = Passed::open(path, file, MAGIC.len() as u64)?;
+        let length = passed.length;
+        let mut index = Index::read(&mut passed.file, length).map_err(|error| DataError::io(path, &error))?;
+        let records = LinearReader::new_with_options(options(length));
+        let topics = std::mem::take(&mut index.topics);
+        let mut session = Self { passed, records, index, topics, meta: None };
+        while session.passed.waiting.is_empty() && !session.passed.ended {
+            session.advance()?;
+        }
+        let meta = session.meta.clone().ok_or_else(|| {
+            DataError::file(path, "an MCAP file, but not a session of this program: its description is missing")
+        })?;
+        Ok((session, meta))
     }
 
     /// A chunk that begins within the record from there to here: the record's length is wrong.
     fn swallowed(&self, from: u64) -> Option<u64> {
-        self.index.behind(from).filter(|start| *start < self.whole)
+        self.index.behind(from).filter(|start| *start < self.passed.whole)
     }
 
     /// Leaves a broken record out and goes on with a chunk behind its beginning.
     fn go_on_at(&mut self, start: u64) -> Result<(), DataError> {
-        self.damage.broken_records += 1;
-        self.file.seek(SeekFrom::Start(start)).map_err(|error| DataError::io(&self.path, &error))?;
-        self.records = LinearReader::new_with_options(options(self.length).with_skip_start_magic(true));
-        (self.whole, self.read) = (start, start);
+        self.passed.damage.broken_records += 1;
+        self.passed.file.seek(SeekFrom::Start(start)).map_err(|error| DataError::io(&self.passed.path, &error))?;
+        self.records = LinearReader::new_with_options(options(self.passed.length).with_skip_start_magic(true));
+        (self.passed.whole, self.passed.read) = (start, start);
         Ok(())
     }
 
