@@ -1,5 +1,6 @@
 //! Whole lines into a new file, so that an interrupted run leaves a readable one.
 
+use super::decimal;
 use crate::DataError;
 use flate2::Compression;
 use flate2::write::GzEncoder;
@@ -28,8 +29,32 @@ pub(super) struct LineSink {
 }
 
 impl LineSink {
-    /// A new file, compressed if its name ends in `.gz`.
-    pub(super) fn create(path: &Path) -> Result<Self, DataError> {
+    /// A new table of a time and these columns, compressed if its name ends in `.gz`.
+    pub(super) fn table<'a>(path: &Path, names: impl IntoIterator<Item = &'a str>) -> Result<Self, DataError> {
+        let mut sink = Self::create(path)?;
+        let names: Vec<&str> = std::iter::once("t_s").chain(names).collect();
+        sink.line(|line| line.extend_from_slice(names.join(",").as_bytes()))?;
+        Ok(sink)
+    }
+
+    /// Appends the cells of one time, each a number and its decimals.
+    pub(super) fn row(
+        &mut self,
+        time_us: u64,
+        cells: impl Iterator<Item = Option<(f64, usize)>>,
+    ) -> Result<(), DataError> {
+        self.line(|line| {
+            decimal::push_seconds(line, time_us);
+            for cell in cells {
+                line.push(b',');
+                if let Some((value, decimals)) = cell {
+                    decimal::push_number(line, value, decimals);
+                }
+            }
+        })
+    }
+
+    fn create(path: &Path) -> Result<Self, DataError> {
         let file = OpenOptions::new().write(true).create_new(true).open(path).map_err(|e| DataError::io(path, &e))?;
         let output = if path.extension().is_some_and(|extension| extension == "gz") {
             Output::Gzip(GzEncoder::new(file, Compression::fast()))
@@ -40,7 +65,7 @@ impl LineSink {
     }
 
     /// Appends one line (without its end) by `fill`.
-    pub(super) fn line(&mut self, fill: impl FnOnce(&mut Vec<u8>)) -> Result<(), DataError> {
+    fn line(&mut self, fill: impl FnOnce(&mut Vec<u8>)) -> Result<(), DataError> {
         fill(&mut self.block);
         self.block.push(b'\n');
         if self.block.len() >= BLOCK || self.last.elapsed() >= MAX_DELAY {

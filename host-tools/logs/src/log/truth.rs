@@ -1,6 +1,5 @@
 //! The truth beside a vehicle log: the whole state and the current.
 
-use super::decimal;
 use super::sink::LineSink;
 use super::table::{self, Table};
 use crate::DataError;
@@ -112,15 +111,7 @@ impl TruthWriter {
     /// # Errors
     /// If the file exists or cannot be created.
     pub fn create(path: &Path) -> Result<Self, DataError> {
-        let mut sink = LineSink::create(path)?;
-        sink.line(|line| {
-            line.extend_from_slice(b"t_s");
-            for name in NAMES {
-                line.push(b',');
-                line.extend_from_slice(name.as_bytes());
-            }
-        })?;
-        Ok(Self { sink })
+        Ok(Self { sink: LineSink::table(path, NAMES)? })
     }
 
     /// Appends one row.
@@ -128,15 +119,9 @@ impl TruthWriter {
     /// # Errors
     /// If the file cannot be written.
     pub fn write(&mut self, row: &TruthRow) -> Result<(), DataError> {
-        self.sink.line(|line| {
-            decimal::push_seconds(line, row.time_us);
-            for &value in row.state.iter().chain(&row.current_mps) {
-                line.push(b',');
-                if value.is_finite() {
-                    decimal::push_number(line, value, DECIMALS);
-                }
-            }
-        })
+        let cells =
+            row.state.iter().chain(&row.current_mps).map(|value| value.is_finite().then_some((*value, DECIMALS)));
+        self.sink.row(row.time_us, cells)
     }
 
     /// Writes what is left and closes the file.

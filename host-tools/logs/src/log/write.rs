@@ -1,7 +1,7 @@
 //! Writing a vehicle log, row by row.
 
 use super::sink::LineSink;
-use super::{Column, LogRow, decimal};
+use super::{Column, LogRow};
 use crate::DataError;
 use std::path::Path;
 
@@ -28,14 +28,7 @@ impl LogWriter {
     /// # Errors
     /// If the file exists or cannot be created.
     pub fn with_columns(path: &Path, columns: &[Column]) -> Result<Self, DataError> {
-        let mut sink = LineSink::create(path)?;
-        sink.line(|line| {
-            line.extend_from_slice(b"t_s");
-            for column in columns {
-                line.push(b',');
-                line.extend_from_slice(column.name().as_bytes());
-            }
-        })?;
+        let sink = LineSink::table(path, columns.iter().map(|column| column.name()))?;
         Ok(Self { sink, columns: columns.to_vec() })
     }
 
@@ -45,15 +38,7 @@ impl LogWriter {
     /// If the file cannot be written.
     pub fn write(&mut self, row: &LogRow) -> Result<(), DataError> {
         let Self { sink, columns } = self;
-        sink.line(|line| {
-            decimal::push_seconds(line, row.time_us);
-            for &column in columns.iter() {
-                line.push(b',');
-                if let Some(value) = row.get(column) {
-                    decimal::push_number(line, value, column.decimals());
-                }
-            }
-        })
+        sink.row(row.time_us, columns.iter().map(|column| Some((row.get(*column)?, column.decimals()))))
     }
 
     /// Writes what is left and closes the file.
