@@ -29,7 +29,7 @@ pub const RELATIONS: [Relation; 2] = [
 
 fn by_pitch(grid: &Grid) -> Outcome {
     let has_heave = grid.has(Column::DvlW);
-    let speed = [Column::DvlU, Column::WaterSpeed, Column::SpeedLog].into_iter().find(|column| grid.has(*column));
+    let speed = grid.speed().map(|(column, _)| column);
     // Without the heave a vehicle may sink flat or fly at an angle of attack; without a speed the gain is the speed.
     let gain = match speed {
         Some(_) if has_heave => [0.6, 1.6],
@@ -87,8 +87,7 @@ fn parts(grid: &Grid) -> Option<(&[f64], [Vec<f64>; 2])> {
     let [depth, pitch] = grid.all([Column::Depth, Column::Pitch])?;
     let ones = vec![1.0; grid.len];
     let zeros = vec![0.0; grid.len];
-    let u = [Column::DvlU, Column::WaterSpeed, Column::SpeedLog].into_iter().find_map(|column| grid.get(column));
-    let u = u.unwrap_or(&ones);
+    let u = grid.speed().map_or(&ones[..], |(_, speed)| speed);
     let by_surge = (0..grid.len).map(|k| -u[k] * pitch[k].sin()).collect();
     let by_heave = match grid.get(Column::DvlW) {
         Some(w) => {

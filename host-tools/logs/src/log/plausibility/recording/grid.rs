@@ -68,6 +68,9 @@ pub struct Grid {
     columns: Vec<Option<Vec<f64>>>,
 }
 
+/// Columns of a speed along the vehicle, in the order in which they are preferred.
+pub const SPEEDS: &[Column] = &[Column::DvlU, Column::WaterSpeed, Column::SpeedLog];
+
 impl Grid {
     /// Of a log, its heading in a unit of so many rad, without the columns that are doubted already; `None` if nothing is
     /// left to compare.
@@ -129,6 +132,11 @@ impl Grid {
             *place = self.get(column)?;
         }
         Some(found)
+    }
+
+    /// The speed that the log has, that of the DVL before others.
+    pub fn speed(&self) -> Option<(Column, &[f64])> {
+        SPEEDS.iter().find_map(|column| Some((*column, self.get(*column)?)))
     }
 
     /// Whether the log has a column.

@@ -46,9 +46,9 @@ impl Legs {
     /// `None` without heading, or without fixes or a reference velocity.
     pub fn of(grid: &Grid) -> Option<Self> {
         let heading = grid.get(Column::Heading)?;
-        let speed = [Column::DvlU, Column::WaterSpeed, Column::SpeedLog].into_iter().find(|column| grid.has(*column));
+        let speed = grid.speed().map(|(column, _)| column);
         let ones = vec![1.0; grid.len];
-        let u = speed.and_then(|column| grid.get(column)).unwrap_or(&ones);
+        let u = grid.speed().map_or(&ones[..], |(_, speed)| speed);
         let v = if speed == Some(Column::DvlU) { grid.get(Column::DvlV) } else { None };
         let pitch = grid.get(Column::Pitch);
         let (place, fixes) = places(grid)?;

@@ -63,8 +63,8 @@ impl Edit {
 }
 
 impl Mend {
-    fn one(what: impl Into<String>, edit: Edit) -> Self {
-        Self { what: what.into(), edits: vec![edit], is_exchange: false, time: None }
+    fn of(what: String, edits: Vec<Edit>) -> Self {
+        Self { what, edits, is_exchange: false, time: None }
     }
 
     /// Another unit of one column.
@@ -83,12 +83,8 @@ impl Mend {
     pub fn scaled(columns: &[Column], what: &str, scale: f64) -> Self {
         let names: Vec<&str> = columns.iter().map(|column| column.name()).collect();
         let verb = if names.len() == 1 { "is" } else { "are" };
-        Self {
-            what: format!("{} {verb} {what}", names.join(", ")),
-            edits: columns.iter().map(|column| Edit { scale, ..Edit::plain(*column) }).collect(),
-            is_exchange: false,
-            time: None,
-        }
+        let edits = columns.iter().map(|column| Edit { scale, ..Edit::plain(*column) }).collect();
+        Self::of(format!("{} {verb} {what}", names.join(", ")), edits)
     }
 
     /// The same, and the wrong sign.
@@ -102,17 +98,14 @@ impl Mend {
     /// The wrong sign of some columns.
     pub fn sign(columns: &[Column]) -> Self {
         let names: Vec<&str> = columns.iter().map(|column| column.name()).collect();
-        Self {
-            what: format!("{} {} the wrong sign", names.join(" and "), if names.len() == 1 { "has" } else { "have" }),
-            edits: columns.iter().map(|column| Edit { scale: -1.0, ..Edit::plain(*column) }).collect(),
-            is_exchange: false,
-            time: None,
-        }
+        let verb = if names.len() == 1 { "has" } else { "have" };
+        let edits = columns.iter().map(|column| Edit { scale: -1.0, ..Edit::plain(*column) }).collect();
+        Self::of(format!("{} {verb} the wrong sign", names.join(" and ")), edits)
     }
 
     /// An angle that is counted from elsewhere.
     pub fn turned(column: Column, offset: f64) -> Self {
-        Self::one(format!("{} is turned", column.name()), Edit { offset, ..Edit::plain(column) })
+        Self::of(format!("{} is turned", column.name()), vec![Edit { offset, ..Edit::plain(column) }])
     }
 
     /// The roll or pitch that is counted from elsewhere.
@@ -130,17 +123,14 @@ impl Mend {
     fn exchange(pairs: &[(Column, Column, f64)]) -> Self {
         let names: Vec<&str> = pairs.iter().map(|(target, ..)| target.name()).collect();
         let turned = if pairs.iter().any(|pair| pair.2 < 0.0) { ", and turned" } else { "" };
-        Self {
-            what: format!("{} are exchanged{turned}", names.join(" and ")),
-            edits: pairs.iter().map(|&(target, source, scale)| Edit { source, scale, ..Edit::plain(target) }).collect(),
-            is_exchange: true,
-            time: None,
-        }
+        let edits = pairs.iter().map(|&(target, source, scale)| Edit { source, scale, ..Edit::plain(target) });
+        let what = format!("{} are exchanged{turned}", names.join(" and "));
+        Self { is_exchange: true, ..Self::of(what, edits.collect()) }
     }
 
     /// Another unit of the time.
     pub fn time(unit: &'static str, factor: f64) -> Self {
-        Self { what: format!("t_s is in {unit}"), edits: Vec::new(), is_exchange: false, time: Some((factor, unit)) }
+        Self { time: Some((factor, unit)), ..Self::of(format!("t_s is in {unit}"), Vec::new()) }
     }
 
     /// The same, of a log as it is before these mends.
@@ -275,7 +265,8 @@ pub fn all() -> Vec<Mend> {
 
 fn headings() -> Vec<Mend> {
     let heading = |what: &str, scale: f64, offset: f64| {
-        let mend = Mend::one(format!("heading_rad is {what}"), Edit { scale, offset, ..Edit::plain(Column::Heading) });
+        let edit = Edit { scale, offset, ..Edit::plain(Column::Heading) };
+        let mend = Mend::of(format!("heading_rad is {what}"), vec![edit]);
         // by a quarter turn north and east change places
         Mend { is_exchange: offset.abs() == FRAC_PI_2, ..mend }
     };

@@ -1,6 +1,6 @@
 //! Propeller speed against the speed of the vehicle: sign, and metres a turn.
 
-use super::grid::Grid;
+use super::grid::{Grid, SPEEDS};
 use super::relation::{Outcome, Relation, State};
 use crate::log::Column;
 use crate::stats::median;
@@ -16,16 +16,14 @@ const STRETCH_S: f64 = 20.0;
 const ENOUGH: usize = 5;
 
 pub const RELATIONS: [Relation; 2] = [
-    Relation { name: "propeller against speed, sign", needs: &[Column::PropRpm], uses: USES, test: sign },
-    Relation { name: "propeller against speed, size", needs: &[Column::PropRpm], uses: USES, test: size },
+    Relation { name: "propeller against speed, sign", needs: &[Column::PropRpm], uses: SPEEDS, test: sign },
+    Relation { name: "propeller against speed, size", needs: &[Column::PropRpm], uses: SPEEDS, test: size },
 ];
-const USES: &[Column] = &[Column::DvlU, Column::WaterSpeed, Column::SpeedLog];
 
 /// Metres a turn of each stretch, with sign.
 fn per_turn(grid: &Grid) -> Result<(Vec<f64>, Column), String> {
     let Some(rpm) = grid.get(Column::PropRpm) else { return Err("no propeller".to_owned()) };
-    let speed = [Column::DvlU, Column::WaterSpeed, Column::SpeedLog].into_iter().find_map(|c| Some((c, grid.get(c)?)));
-    let Some((column, u)) = speed else { return Err("no speed is logged".to_owned()) };
+    let Some((column, u)) = grid.speed() else { return Err("no speed is logged".to_owned()) };
     let fastest = rpm.iter().copied().filter(|rpm| !rpm.is_nan()).map(f64::abs).fold(0.0, f64::max);
     let stretch = grid.cells(STRETCH_S, 2);
     let mut found = Vec::new();

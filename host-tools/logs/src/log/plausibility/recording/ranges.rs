@@ -162,7 +162,7 @@ fn track(grid: &Grid) -> Outcome {
 
 fn segments(grid: &Grid) -> Option<Vec<Segment>> {
     let [range, heading] = grid.all([Column::Range, Column::Heading])?;
-    let u = [Column::DvlU, Column::WaterSpeed, Column::SpeedLog].into_iter().find_map(|column| grid.get(column))?;
+    let (_, u) = grid.speed()?;
     let v = grid.get(Column::DvlV);
     let ship = grid.all([Column::ShipX, Column::ShipY]).or_else(|| grid.all([Column::ShipGpsX, Column::ShipGpsY]))?;
     let depth = grid.get(Column::Depth);
