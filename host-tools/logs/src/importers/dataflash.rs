@@ -5,8 +5,9 @@
 
 use super::mapping::ColumnMap;
 use super::signals::Signals;
-use super::{Imported, layout, whole};
+use super::{Imported, whole};
 use crate::DataError;
+use crate::log::layout;
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -75,14 +76,7 @@ pub(super) fn read(path: &Path, map: Option<&ColumnMap>) -> Result<Imported, Dat
         }
         let sensor = ["I", "Instance", "C"].into_iter().find_map(get).filter(|sensor| *sensor >= 1.0);
         let which = sensor.map_or_else(String::new, |sensor| format!("[{sensor}]"));
-        let per_second = match (kind.name.as_str(), get("dt")) {
-            ("VISO", Some(dt_s)) if dt_s > 0.0 => {
-                let deltas = [("u", "PosDX"), ("v", "PosDY"), ("w", "PosDZ")];
-                deltas.into_iter().filter_map(|(name, delta)| Some((name, get(delta)? / dt_s))).collect()
-            }
-            _ => Vec::new(),
-        };
-        signals.message(time_us, &kind.name, &which, &[values.as_slice(), &per_second].concat());
+        signals.message(time_us, &kind.name, &which, &values);
     }
     let mut notes = Vec::new();
     if skipped > 0 {

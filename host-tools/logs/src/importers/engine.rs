@@ -210,9 +210,7 @@ impl<'a> Importer<'a> {
                         row.set(Column::Toa, seconds);
                     }
                 }
-                Role::Latitude | Role::Longitude | Role::LatitudeRad | Role::LongitudeRad => {
-                    let axis = usize::from(matches!(known.role, Role::Longitude | Role::LongitudeRad));
-                    let is_in_radians = matches!(known.role, Role::LatitudeRad | Role::LongitudeRad);
+                Role::Place { axis, is_in_radians } => {
                     let limit = [90.0, 180.0][axis];
                     place[axis] = number()?.map(|angle| if is_in_radians { angle.to_degrees() } else { angle });
                     if let Some(degrees) = place[axis].filter(|degrees| degrees.abs() > limit) {
@@ -397,7 +395,7 @@ fn is_bound(bound: &[(usize, &Known)], wanted: Column) -> bool {
 }
 
 const fn is_global(role: Role) -> bool {
-    matches!(role, Role::Latitude | Role::Longitude | Role::LatitudeRad | Role::LongitudeRad)
+    matches!(role, Role::Place { .. })
 }
 
 /// One line for every reason for which columns are left out.

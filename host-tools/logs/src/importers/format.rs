@@ -27,14 +27,13 @@ pub(super) enum Role {
     Days(f64),
     /// `M/D/YYYY` or `M/D/YY`.
     Date,
-    /// Degrees.
-    Latitude,
-    /// Degrees.
-    Longitude,
-    /// Radians.
-    LatitudeRad,
-    /// Radians.
-    LongitudeRad,
+    /// Latitude (0) or longitude (1), in radians or degrees.
+    Place {
+        /// Which of the two.
+        axis: usize,
+        /// In radians.
+        is_in_radians: bool,
+    },
     /// A position beside it is a fix where this is more than zero.
     Satellites,
     /// A position beside it is a fix where this is zero.
@@ -67,9 +66,7 @@ impl Role {
             Self::Run => "the number of the run",
             Self::LeftOut => "whether the row is left out",
             Self::Date => "the date",
-            Self::Latitude | Self::Longitude | Self::LatitudeRad | Self::LongitudeRad => {
-                "a position, gps_x_m and gps_y_m"
-            }
+            Self::Place { .. } => "a position, gps_x_m and gps_y_m",
             Self::Satellites | Self::FixStatus => "whether the position is a fix",
             Self::Quaternion { .. } => "part of the attitude, roll_rad, pitch_rad and heading_rad",
             Self::Sample { column, .. } => column.name(),

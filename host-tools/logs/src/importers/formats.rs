@@ -40,6 +40,8 @@ struct Written {
 #[serde(deny_unknown_fields)]
 pub(super) struct WrittenColumn {
     pub column: String,
+    /// Of a message: the number that it is a difference over.
+    pub per: Option<String>,
     to: String,
     unit: Option<String>,
     #[serde(default = "one")]
@@ -94,8 +96,8 @@ impl WrittenColumn {
             "time_of_day" => Role::TimeOfDay,
             "date" => Role::Date,
             "arrival" => Role::Arrival,
-            "latitude_deg" => Role::Latitude,
-            "longitude_deg" => Role::Longitude,
+            "latitude_deg" => Role::Place { axis: 0, is_in_radians: false },
+            "longitude_deg" => Role::Place { axis: 1, is_in_radians: false },
             "satellites" => Role::Satellites,
             "fix_status" => Role::FixStatus,
             "run" => Role::Run,

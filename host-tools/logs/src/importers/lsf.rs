@@ -4,8 +4,9 @@
 use super::mapping::ColumnMap;
 use super::message_tables::{Layout, TABLES};
 use super::signals::Signals;
-use super::{Imported, layout, whole};
+use super::{Imported, whole};
 use crate::DataError;
+use crate::log::layout;
 use backseat_core::state::wrap_angle;
 use crc::{CRC_16_ARC, Crc};
 use std::collections::BTreeMap;

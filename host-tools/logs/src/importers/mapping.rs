@@ -280,12 +280,10 @@ fn time_role(time: &TimeEntry) -> Result<Role, Complaint> {
 fn entry_role(target: &str, entry: &Spanned<Entry>) -> Result<Role, Complaint> {
     let (span, entry) = (entry.span(), entry.get_ref());
     let name = format!("columns.{target}");
-    let global = match target {
-        "latitude_deg" => Some(Role::Latitude),
-        "longitude_deg" => Some(Role::Longitude),
-        "run" => return Ok(Role::Run),
-        _ => None,
-    };
+    if target == "run" {
+        return Ok(Role::Run);
+    }
+    let global = ["latitude_deg", "longitude_deg"].iter().position(|name| *name == target);
     let column = Column::from_name(target);
     if global.is_none() && column.is_none() {
         let known: Vec<&str> = Column::ALL.iter().map(|column| column.name()).collect();
@@ -310,12 +308,12 @@ fn entry_role(target: &str, entry: &Spanned<Entry>) -> Result<Role, Complaint> {
     let scale = sign * factor * number(&entry.scale, "scale", 1.0)?;
     let offset = number(&entry.offset, "offset", 0.0)?;
     match (global, column) {
-        (Some(Role::Latitude), _) if scale == 1.0 / RAD_PER_DEG && offset == 0.0 => Ok(Role::LatitudeRad),
-        (Some(Role::Longitude), _) if scale == 1.0 / RAD_PER_DEG && offset == 0.0 => Ok(Role::LongitudeRad),
-        (Some(_), _) if scale != 1.0 || offset != 0.0 => {
+        (Some(axis), _) if offset == 0.0 && [1.0, 1.0 / RAD_PER_DEG].contains(&scale) => {
+            Ok(Role::Place { axis, is_in_radians: scale != 1.0 })
+        }
+        (Some(_), _) => {
             Err((span, format!("{name}: positions are in deg or rad; sign, scale and offset do not apply")))
         }
-        (Some(role), _) => Ok(role),
         (None, Some(column)) => Ok(Role::Sample { column, scale, offset }),
         (None, None) => Err((span, format!("{name}: unknown"))),
     }

@@ -4,8 +4,9 @@
 use super::mapping::ColumnMap;
 use super::message_tables::{Layout, TABLES};
 use super::signals::Signals;
-use super::{Imported, layout, whole};
+use super::{Imported, whole};
 use crate::DataError;
+use crate::log::layout;
 use crc::{CRC_16_MCRF4XX, Crc};
 use std::path::Path;
 
@@ -108,22 +109,12 @@ pub(super) fn read(path: &Path, map: Option<&ColumnMap>) -> Result<Imported, Dat
             }
             continue;
         };
-        let mut values = layout::numbers(fields, packet.payload, false);
+        let values = layout::numbers(fields, packet.payload, false);
         let get = |name: &str| values.iter().find(|(field, _)| *field == name).map(|(_, value)| *value);
         let is_autopilot = name == "HEARTBEAT" && get("autopilot") != Some(NO_AUTOPILOT);
         if vehicle.is_none() && is_autopilot {
             vehicle = Some((packet.system, get("type") == Some(SUBMARINE)));
         }
-        let per_second = match (name.as_str(), get("time_delta_usec")) {
-            ("VISION_POSITION_DELTA", Some(us)) if us > 0.0 => {
-                let delta = |axis: usize| get(["position_delta[0]", "position_delta[1]", "position_delta[2]"][axis]);
-                [("u", 0), ("v", 1), ("w", 2)]
-                    .map(|(name, axis)| (name, delta(axis).unwrap_or(f64::NAN) * 1e6 / us))
-                    .to_vec()
-            }
-            _ => Vec::new(),
-        };
-        values.extend(per_second);
         signals.message(time_us, name, "", &values);
     }
     let mut notes = vec!["times are the ground station's, later than the vehicle's by the link".to_owned()];

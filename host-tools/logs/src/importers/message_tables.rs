@@ -69,11 +69,12 @@ pub(super) enum Take {
     Number(Number),
 }
 
-/// A number, plus the offset, times the factor.
+/// A number, over another one where it is a difference, plus the offset, times the factor.
 #[derive(Deserialize)]
 #[serde(from = "WrittenColumn")]
 pub(super) struct Number {
     pub field: String,
+    pub per: Option<String>,
     pub column: Column,
     pub scale: f64,
     pub offset: f64,
@@ -82,7 +83,7 @@ pub(super) struct Number {
 impl From<WrittenColumn> for Number {
     fn from(written: WrittenColumn) -> Self {
         let (column, scale) = written.sample();
-        Self { field: written.column, column, scale, offset: written.offset }
+        Self { field: written.column, per: written.per, column, scale, offset: written.offset }
     }
 }
 

@@ -70,27 +70,6 @@ impl Gathering {
         Some([x_m, y_m])
     }
 
-    /// Adds the range of a packet, by its launch and its arrival in µs since 1970, with the ship's place at launch.
-    pub(super) fn add_range(
-        &mut self,
-        [launch_us, arrival_us]: [i64; 2],
-        sound_mps: f64,
-        range_rate_mps: Option<f64>,
-        ship_deg: [f64; 2],
-    ) {
-        let [x_m, y_m] = self.local_m(ship_deg);
-        let travel_s = (arrival_us - launch_us) as f64 * 1e-6;
-        let mut samples = vec![(Column::Range, travel_s * sound_mps), (Column::ShipX, x_m), (Column::ShipY, y_m)];
-        samples.extend(range_rate_mps.map(|rate_mps| (Column::RangeRate, rate_mps)));
-        self.add_flight([launch_us, arrival_us], samples);
-    }
-
-    /// Adds the range of a vehicle's uplink at the ship, by its launch and its arrival in µs since 1970.
-    pub(super) fn add_uplink(&mut self, [launch_us, arrival_us]: [i64; 2], sound_mps: f64) {
-        let range_m = (arrival_us - launch_us) as f64 * 1e-6 * sound_mps;
-        self.add_flight([launch_us, arrival_us], vec![(Column::UplinkRange, range_m)]);
-    }
-
     /// Adds what was measured of sound, by its launch and its arrival in µs since 1970.
     pub(super) fn add_flight(&mut self, [launch_us, arrival_us]: [i64; 2], mut samples: Vec<(Column, f64)>) {
         samples.extend([(Column::Tol, launch_us as f64 * 1e-6), (Column::Toa, arrival_us as f64 * 1e-6)]);
@@ -100,7 +79,7 @@ impl Gathering {
     }
 
     /// North and east of the first place, m.
-    fn local_m(&mut self, [latitude_deg, longitude_deg]: [f64; 2]) -> [f64; 2] {
+    pub(super) fn local_m(&mut self, [latitude_deg, longitude_deg]: [f64; 2]) -> [f64; 2] {
         let origin = self.origin.get_or_insert_with(|| Origin::new(latitude_deg, longitude_deg));
         origin.local_m(latitude_deg, longitude_deg)
     }

@@ -14,7 +14,6 @@ mod formats;
 mod formats_tests;
 mod garpos_site;
 mod iver_control;
-mod layout;
 mod line_time;
 mod lsf;
 mod mapping;

@@ -158,8 +158,10 @@ impl<'a> Signals<'a> {
         let mut samples = Vec::new();
         for take in &row.takes {
             match take {
-                Take::Number(Number { field, column, scale, offset }) => {
-                    samples.extend(get(field).map(|value| (*column, (value + offset) * scale)));
+                Take::Number(Number { field, per, column, scale, offset }) => {
+                    let over = per.as_ref().map_or(Some(1.0), |per| get(per));
+                    let value = get(field).zip(over).map(|(value, over)| (value / over + offset) * scale);
+                    samples.extend(value.map(|value| (*column, value)));
                 }
                 Take::Fix { fix: [latitude, longitude], degrees } => {
                     if let (Some(latitude), Some(longitude)) = (get(latitude), get(longitude)) {
@@ -337,7 +339,7 @@ impl<'a> Signals<'a> {
         };
         let (row, name) = of?;
         let number = self.table.messages.get(row)?.takes.iter().find_map(|take| match take {
-            Take::Number(number) if number.column == column => Some(number),
+            Take::Number(number) if number.column == column && number.per.is_none() => Some(number),
             _ => None,
         })?;
         Some((column, Source { name: number_of(name, &number.field), scale: number.scale, offset: number.offset }))

@@ -5,8 +5,9 @@
 
 use super::mapping::ColumnMap;
 use super::signals::Signals;
-use super::{Imported, layout, whole};
+use super::{Imported, whole};
 use crate::DataError;
+use crate::log::layout;
 use std::collections::BTreeMap;
 use std::path::Path;
 

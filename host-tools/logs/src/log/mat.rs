@@ -15,6 +15,7 @@ mod hdf5 {
     }
 }
 
+use super::layout;
 use crate::DataError;
 use flate2::read::ZlibDecoder;
 use std::collections::BTreeMap;
@@ -34,6 +35,9 @@ const MAX_ELEMENTS: usize = 100_000;
 /// Types of data elements that hold others.
 const MATRIX: u32 = 14;
 const COMPRESSED: u32 = 15;
+/// Types of data elements that hold numbers, and their letters.
+const CODES: [(u32, u8); 10] =
+    [(1, b'b'), (2, b'B'), (3, b'h'), (4, b'H'), (5, b'i'), (6, b'I'), (7, b'f'), (9, b'd'), (12, b'q'), (13, b'Q')];
 /// Class of a structure; 6 to 15 are numeric.
 const STRUCTURE: u32 = 2;
 
@@ -251,30 +255,9 @@ impl Arrays {
 
     /// The numbers of an element, stored in whatever type holds them.
     fn numbers(&self, kind: u32, data: &[u8]) -> Option<Vec<f64>> {
-        fn each<const N: usize>(data: &[u8], is_big_endian: bool, value: fn([u8; N]) -> f64) -> Vec<f64> {
-            let one = |bytes: &[u8; N]| {
-                let mut bytes = *bytes;
-                if is_big_endian {
-                    bytes.reverse();
-                }
-                value(bytes)
-            };
-            data.as_chunks::<N>().0.iter().map(one).collect()
-        }
-        let is_big = self.is_big_endian;
-        Some(match kind {
-            1 => each(data, is_big, |b| f64::from(i8::from_le_bytes(b))),
-            2 => each(data, is_big, |b| f64::from(u8::from_le_bytes(b))),
-            3 => each(data, is_big, |b| f64::from(i16::from_le_bytes(b))),
-            4 => each(data, is_big, |b| f64::from(u16::from_le_bytes(b))),
-            5 => each(data, is_big, |b| f64::from(i32::from_le_bytes(b))),
-            6 => each(data, is_big, |b| f64::from(u32::from_le_bytes(b))),
-            7 => each(data, is_big, |b| f64::from(f32::from_le_bytes(b))),
-            9 => each(data, is_big, f64::from_le_bytes),
-            12 => each(data, is_big, |b| i64::from_le_bytes(b) as f64),
-            13 => each(data, is_big, |b| u64::from_le_bytes(b) as f64),
-            _ => return None,
-        })
+        let (_, code) = CODES.iter().find(|(of, _)| *of == kind)?;
+        let numbers = data.chunks_exact(layout::size(*code));
+        numbers.map(|bytes| layout::number(*code, bytes, self.is_big_endian)).collect()
     }
 }
 

@@ -2,6 +2,7 @@
 
 mod column;
 mod decimal;
+pub(crate) mod layout;
 pub(crate) mod mat;
 pub mod plausibility;
 mod read;

@@ -41,7 +41,7 @@ impl VehicleFile {
     }
 
     /// Takes over what the sections of a vehicle declare; not the effects.
-    pub(super) fn take(&mut self, settings: &Settings) {
+    pub fn take(&mut self, settings: &Settings) {
         self.parameters = settings.vehicle;
         self.noise = settings.navigation.process_noise;
         self.sensors = settings.navigation.sensors;

@@ -21,13 +21,7 @@ fn file_with(parameter: &Parameter, value: f64) -> String {
     let mut settings = Settings::DEFAULT;
     parameter.set(&mut settings, value);
     let mut file = VehicleFile::reference();
-    file.parameters = settings.vehicle;
-    file.noise = settings.navigation.process_noise;
-    file.sensors = settings.navigation.sensors;
-    file.priors = settings.navigation.priors;
-    file.learnt = settings.learnt;
-    file.installation = settings.app.installation;
-    file.safety = settings.app.safety;
+    file.take(&settings);
     let mut text = file.to_toml("");
     if parameter.section() == "app" {
         let key = parameter.name.trim_start_matches("app.");

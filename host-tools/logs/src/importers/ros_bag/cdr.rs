@@ -1,5 +1,7 @@
 //! Common data representation of the OMG (CDR, little and big endian), as ROS 2 writes it.
 
+use crate::log::layout;
+
 /// A message that is read from its beginning on; every value is `None` behind the end.
 pub(super) struct Cdr<'a> {
     bytes: &'a [u8],
@@ -13,43 +15,22 @@ impl<'a> Cdr<'a> {
         Some(Self { bytes, at: 0, is_little: head[1] & 1 == 1 })
     }
 
-    fn take<const N: usize>(&mut self) -> Option<[u8; N]> {
-        self.at = self.at.next_multiple_of(N);
-        let mut bytes: [u8; N] = self.bytes.get(self.at..self.at.checked_add(N)?)?.try_into().ok()?;
-        self.at += N;
-        if !self.is_little {
-            bytes.reverse();
-        }
-        Some(bytes)
+    /// A number by its letter.
+    pub(super) fn number(&mut self, code: u8) -> Option<f64> {
+        let size = layout::size(code);
+        self.at = self.at.next_multiple_of(size.max(1));
+        let number = layout::number(code, self.bytes.get(self.at..)?, !self.is_little)?;
+        self.at += size;
+        Some(number)
     }
 
-    pub(super) fn byte(&mut self) -> Option<u8> {
-        self.take::<1>().map(|[byte]| byte)
-    }
-
-    pub(super) fn short(&mut self) -> Option<i16> {
-        self.take().map(i16::from_le_bytes)
-    }
-
-    pub(super) fn int(&mut self) -> Option<i32> {
-        self.take().map(i32::from_le_bytes)
-    }
-
-    pub(super) fn float(&mut self) -> Option<f32> {
-        self.take().map(f32::from_le_bytes)
-    }
-
-    pub(super) fn double(&mut self) -> Option<f64> {
-        self.take().map(f64::from_le_bytes)
-    }
-
-    pub(super) fn doubles(&mut self, count: usize) -> Option<Vec<f64>> {
-        (0..count).map(|_| self.double()).collect()
+    pub(super) fn numbers(&mut self, code: u8, count: usize) -> Option<Vec<f64>> {
+        (0..count).map(|_| self.number(code)).collect()
     }
 
     /// Number of elements that follow.
     pub(super) fn length(&mut self) -> Option<usize> {
-        usize::try_from(self.int()?).ok()
+        self.number(b'i').filter(|length| *length >= 0.0).map(|length| length as usize)
     }
 
     /// A text without the zero at its end.
@@ -62,8 +43,8 @@ impl<'a> Cdr<'a> {
 
     /// The stamp of a header, µs since its clock began.
     pub(super) fn header_us(&mut self) -> Option<i64> {
-        let (seconds, nanoseconds) = (self.int()?, self.int()? as u32);
+        let (seconds, nanoseconds) = (self.number(b'i')? as i64, self.number(b'I')? as i64);
         self.string()?; // frame_id
-        Some(i64::from(seconds) * 1_000_000 + i64::from(nanoseconds) / 1000)
+        Some(seconds * 1_000_000 + nanoseconds / 1000)
     }
 }

@@ -7,15 +7,6 @@
 use super::cdr::Cdr;
 use std::borrow::Cow;
 
-/// A number on the wire.
-#[derive(Clone, Copy)]
-enum Number {
-    Double,
-    Float,
-    Int,
-    Short,
-}
-
 /// A part of a message, in its order.
 #[derive(Clone, Copy)]
 enum Part {
@@ -31,11 +22,11 @@ enum Part {
     Layout,
     /// Names of the elements of every array behind.
     Names,
-    One(Number),
-    Many(&'static str, Number),
+    /// A number by its letter.
+    One(u8),
+    Many(&'static str, u8),
 }
 
-use Number::{Double, Float, Int, Short};
 use Part::{Doubles, Header, Layout, Many, Names, One, Skip, Status, Text};
 
 const TYPES: [(&str, &[Part]); 15] = [
@@ -44,22 +35,22 @@ const TYPES: [(&str, &[Part]); 15] = [
     (PRESSURE, &[Header, Doubles(&["pressure"])]),
     ("geometry_msgs/msg/TwistWithCovarianceStamped", &[Header, Doubles(&["u", "v", "w"])]),
     ("sensor_msgs/msg/NavSatFix", &[Header, Status, Doubles(&["latitude", "longitude"])]),
-    ("std_msgs/msg/Float64", &[One(Double)]),
-    ("std_msgs/msg/Float32", &[One(Float)]),
-    ("std_msgs/msg/Int32", &[One(Int)]),
-    ("std_msgs/msg/Int16", &[One(Short)]),
-    ("std_msgs/msg/Float64MultiArray", &[Layout, Many("data", Double)]),
-    ("std_msgs/msg/Float32MultiArray", &[Layout, Many("data", Float)]),
-    ("std_msgs/msg/Int32MultiArray", &[Layout, Many("data", Int)]),
+    ("std_msgs/msg/Float64", &[One(b'd')]),
+    ("std_msgs/msg/Float32", &[One(b'f')]),
+    ("std_msgs/msg/Int32", &[One(b'i')]),
+    ("std_msgs/msg/Int16", &[One(b'h')]),
+    ("std_msgs/msg/Float64MultiArray", &[Layout, Many("data", b'd')]),
+    ("std_msgs/msg/Float32MultiArray", &[Layout, Many("data", b'f')]),
+    ("std_msgs/msg/Int32MultiArray", &[Layout, Many("data", b'i')]),
     (
         "sensor_msgs/msg/JointState",
-        &[Header, Names, Many("position", Double), Many("velocity", Double), Many("effort", Double)],
+        &[Header, Names, Many("position", b'd'), Many("velocity", b'd'), Many("effort", b'd')],
     ),
     (
         "actuator_msgs/msg/Actuators",
-        &[Header, Many("position", Double), Many("velocity", Double), Many("normalized", Double)],
+        &[Header, Many("position", b'd'), Many("velocity", b'd'), Many("normalized", b'd')],
     ),
-    ("uuv_gazebo_ros_plugins_msgs/msg/FloatStamped", &[Header, One(Double)]),
+    ("uuv_gazebo_ros_plugins_msgs/msg/FloatStamped", &[Header, One(b'd')]),
 ];
 
 pub(super) const ODOMETRY: &str = "nav_msgs/msg/Odometry";
@@ -78,17 +69,6 @@ pub(super) struct Numbers {
     pub fields: Vec<(Cow<'static, str>, f64)>,
 }
 
-impl Number {
-    fn read(self, cdr: &mut Cdr<'_>) -> Option<f64> {
-        match self {
-            Double => cdr.double(),
-            Float => cdr.float().map(f64::from),
-            Int => cdr.int().map(f64::from),
-            Short => cdr.short().map(f64::from),
-        }
-    }
-}
-
 impl Numbers {
     /// Reads a message of a type that is known; `None` if it is too short.
     pub(super) fn read(type_name: &str, message: &[u8]) -> Option<Self> {
@@ -100,33 +80,31 @@ impl Numbers {
                 Header => numbers.stamp_us = Some(cdr.header_us()?).filter(|&time_us| time_us != 0),
                 Text => drop(cdr.string()?),
                 Status => {
-                    numbers.fields.push(("status".into(), f64::from(cdr.byte()? as i8)));
-                    cdr.short()?;
+                    numbers.fields.push(("status".into(), cdr.number(b'b')?));
+                    cdr.number(b'H')?;
                 }
                 Doubles(fields) => {
                     for field in fields {
-                        numbers.fields.push(((*field).into(), cdr.double()?));
+                        numbers.fields.push(((*field).into(), cdr.number(b'd')?));
                     }
                 }
-                Skip(count) => drop(cdr.doubles(count)?),
+                Skip(count) => drop(cdr.numbers(b'd', count)?),
                 Layout => {
                     for _ in 0..cdr.length()? {
                         cdr.string()?;
-                        cdr.int()?;
-                        cdr.int()?;
+                        cdr.numbers(b'i', 2)?;
                     }
-                    cdr.int()?;
+                    cdr.number(b'i')?;
                 }
                 Names => {
                     for _ in 0..cdr.length()? {
                         names.push(String::from_utf8_lossy(cdr.string()?).into_owned());
                     }
                 }
-                One(number) => numbers.add("data", &names, &[number.read(&mut cdr)?], is_alone),
-                Many(field, number) => {
+                One(code) => numbers.add("data", &names, &[cdr.number(code)?], is_alone),
+                Many(field, code) => {
                     let count = cdr.length()?;
-                    let values: Vec<f64> = (0..count).map(|_| number.read(&mut cdr)).collect::<Option<_>>()?;
-                    numbers.add(field, &names, &values, is_alone);
+                    numbers.add(field, &names, &cdr.numbers(code, count)?, is_alone);
                 }
             }
         }

@@ -250,17 +250,20 @@ impl Reader {
             }
             if let (Some((launch_us, content)), Some((arrival_us, rate))) = (frame, arrival) {
                 if (0..ONE_PACKET_US).contains(&(arrival_us - launch_us)) {
-                    let times_us = [launch_us, arrival_us];
-                    match content {
+                    let range_m = (arrival_us - launch_us) as f64 * 1e-6 * SOUND_MPS;
+                    let samples = match content {
                         Frame::Ship(ship_deg) => {
-                            self.gathering.add_range(times_us, SOUND_MPS, rate, ship_deg);
                             ranges += 1;
+                            let [x_m, y_m] = self.gathering.local_m(ship_deg);
+                            let range = [(Column::Range, range_m), (Column::ShipX, x_m), (Column::ShipY, y_m)];
+                            range.into_iter().chain(rate.map(|rate_mps| (Column::RangeRate, rate_mps))).collect()
                         }
                         Frame::Vehicle => {
-                            self.gathering.add_uplink(times_us, SOUND_MPS);
                             uplinks += 1;
+                            vec![(Column::UplinkRange, range_m)]
                         }
-                    }
+                    };
+                    self.gathering.add_flight([launch_us, arrival_us], samples);
                     (frame, arrival) = (None, None);
                 } else if launch_us > arrival_us {
                     arrival = None;

@@ -1,7 +1,7 @@
 //! Numbers at fixed places of binary messages, by the letters that Python's `struct` has for them.
 
 /// Bytes of a number; 0 for what is none.
-pub(super) const fn size(code: u8) -> usize {
+pub(crate) const fn size(code: u8) -> usize {
     match code {
         b'b' | b'B' => 1,
         b'h' | b'H' => 2,
@@ -12,7 +12,7 @@ pub(super) const fn size(code: u8) -> usize {
 }
 
 /// The number at the beginning of the bytes; `None` if they are too few, or the letter means none.
-pub(super) fn number(code: u8, bytes: &[u8], is_big_endian: bool) -> Option<f64> {
+pub(crate) fn number(code: u8, bytes: &[u8], is_big_endian: bool) -> Option<f64> {
     fn take<const N: usize>(bytes: &[u8], is_big_endian: bool) -> Option<[u8; N]> {
         let mut bytes: [u8; N] = bytes.get(..N)?.try_into().ok()?;
         if is_big_endian {
@@ -37,7 +37,7 @@ pub(super) fn number(code: u8, bytes: &[u8], is_big_endian: bool) -> Option<f64>
 
 /// Numbers one behind the other, each with its name: `q` that repeats as `q[0]`, `q[1]` stands so in the table. What is
 /// behind the end is zero, as MAVLink leaves zeros at the end out.
-pub(super) fn numbers<'a>(fields: &'a [(String, u8)], payload: &[u8], is_big_endian: bool) -> Vec<(&'a str, f64)> {
+pub(crate) fn numbers<'a>(fields: &'a [(String, u8)], payload: &[u8], is_big_endian: bool) -> Vec<(&'a str, f64)> {
     let mut at = 0;
     let mut values = Vec::with_capacity(fields.len());
     for (name, code) in fields {
