@@ -3,7 +3,7 @@
 //! One table an effect of the catalogue, its parameters as keys: a number, or `{ value = …, ci95 = [low, high] }` where
 //! an interval is known; a fin by its name.
 
-use super::source::{FileText, Value, kind};
+use super::source::{FileText, Value, kind, with_interval};
 use crate::DataError;
 use backseat_core::effects::{
     CATALOGUE, EffectSet, FIN_NAMES, ParameterId, ParameterInfo, ParameterKind, fin_index, fin_value, find, parameters,
@@ -97,10 +97,8 @@ impl VehicleEffects {
                     Some(fin) => format!("{:?}", FIN_NAMES[fin]),
                     None => format!("{value:?}"),
                 };
-                let value = match self.ci95.iter().find(|(of, _)| *of == id) {
-                    Some((_, [low, high])) => format!("{{ value = {number}, ci95 = [{low:?}, {high:?}] }}"),
-                    None => number,
-                };
+                let interval = self.ci95.iter().find(|(of, _)| *of == id).map(|(_, interval)| *interval);
+                let value = with_interval(number, interval);
                 let range = match kind {
                     ParameterKind::Fin => FIN_NAMES.join(", "),
                     _ => format!("{} to {}", super::short(min), super::short(max)),

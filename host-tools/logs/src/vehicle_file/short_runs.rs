@@ -1,6 +1,6 @@
 //! `[short_runs]` of a vehicle file: terms of all runs, and a table `[[short_runs.configuration]]` for each configuration.
 
-use super::source::{FileText, Value as TomlValue, kind};
+use super::source::{FileText, Value as TomlValue, kind, with_interval};
 use crate::DataError;
 use crate::short_runs::{COMMON, Configuration, OF_CONFIGURATION, ShortRuns, Term, Value};
 use std::fmt::Write as _;
@@ -46,7 +46,9 @@ fn place(
 
 fn number(source: &FileText<'_>, value: &TomlValue<'_>, term: &Term) -> Result<Value, DataError> {
     let Term { name, unit, min, max, .. } = term;
-    let (number, ci95) = source.with_interval(value, &format!("{SECTION}.{name}"))?;
+    let key = format!("{SECTION}.{name}");
+    let (inner, ci95) = source.value_and_interval(value, &key)?;
+    let number = source.number(inner, &key)?;
     if !(*min..=*max).contains(&number) {
         let message = format!("{SECTION}.{name}: {number} is outside {min} to {max} ({unit})");
         return Err(source.error(value.span(), message));
@@ -89,10 +91,7 @@ fn configuration(source: &FileText<'_>, value: &TomlValue<'_>) -> Result<Configu
 
 fn write_value(text: &mut String, term: &Term, value: &Value) {
     let Term { name, unit, min, max, help, .. } = term;
-    let number = match value.ci95 {
-        Some([low, high]) => format!("{{ value = {:?}, ci95 = [{low:?}, {high:?}] }}", value.value),
-        None => format!("{:?}", value.value),
-    };
+    let number = with_interval(format!("{:?}", value.value), value.ci95);
     let _ = writeln!(text, "{name} = {number}  # {unit}; {min} to {max}; {help}");
 }
 

@@ -41,13 +41,7 @@ impl FileText<'_> {
         parsed.ok_or_else(|| self.error(value.span(), format!("{name}: not a number that fits")))
     }
 
-    /// A number, or `{ value = …, ci95 = [low, high] }` where an interval is known.
-    pub(super) fn with_interval(&self, value: &Value<'_>, name: &str) -> Result<(f64, Option<[f64; 2]>), DataError> {
-        let (value, interval) = self.value_and_interval(value, name)?;
-        Ok((self.number(value, name)?, interval))
-    }
-
-    /// The value of such a table, or the value itself, and the interval.
+    /// The value of `{ value = …, ci95 = [low, high] }`, or the value itself, and the interval.
     pub(super) fn value_and_interval<'v, 'i>(
         &self,
         value: &'v Value<'i>,
@@ -89,6 +83,14 @@ impl FileText<'_> {
             DeValue::String(text) => Ok(text.clone().into_owned()),
             other => Err(self.error(value.span(), format!("{name}: expected a text, found {}", kind(other)))),
         }
+    }
+}
+
+/// A number, with its interval where it has one, as [`FileText::value_and_interval`] reads it.
+pub(super) fn with_interval(number: String, ci95: Option<[f64; 2]>) -> String {
+    match ci95 {
+        Some([low, high]) => format!("{{ value = {number}, ci95 = [{low:?}, {high:?}] }}"),
+        None => number,
     }
 }
 
