@@ -4,7 +4,8 @@ use super::calendar;
 use super::format::{Format, Known, Role};
 use super::origin::Origin;
 use crate::DataError;
-use crate::log::{BETWEEN_RUNS_US, Column, Log, LogRow, MAX_SECONDS, run_note, table};
+use crate::log::table::{self, Records};
+use crate::log::{BETWEEN_RUNS_US, Column, Log, LogRow, MAX_SECONDS, run_note};
 use backseat_core::state::wrap_angle;
 use csv::{ByteRecord, ReaderBuilder, Trim};
 use std::path::Path;
@@ -26,24 +27,14 @@ pub(super) struct Cells<'a> {
 
 /// Reads a table of this format.
 pub(super) fn read(path: &Path, format: &Format, cells: Cells<'_>) -> Result<Log, DataError> {
-    let mut reader =
-        table::lines(ReaderBuilder::new().delimiter(cells.separator).trim(Trim::All)).from_reader(table::open(path)?);
-    let mut record = ByteRecord::new();
-    reader.read_byte_record(&mut record).map_err(|e| table::csv_error(path, 1, &e))?;
-    let mut importer = Importer::bind(path, format, cells, &record)?;
-    loop {
-        let line = reader.position().line();
-        if !reader.read_byte_record(&mut record).map_err(|e| table::csv_error(path, line, &e))? {
-            break;
-        }
-        if table::is_blank(&record) {
-            continue;
-        }
-        let line = record.position().map_or(line, csv::Position::line);
+    let mut records = Records::open(path, ReaderBuilder::new().delimiter(cells.separator).trim(Trim::All))?;
+    records.advance()?;
+    let mut importer = Importer::bind(path, format, cells, &records.record)?;
+    while let Some(line) = records.advance()? {
         table::check_rows(path, line, importer.log.rows.len() as u64 + 1)?;
-        if let Some(error) = importer.row(line, &record).err() {
+        if let Some(error) = importer.row(line, &records.record).err() {
             // A log that was cut off ends within a row.
-            let is_last = !reader.read_byte_record(&mut record).map_err(|e| table::csv_error(path, line, &e))?;
+            let is_last = records.advance()?.is_none();
             if !(is_last && importer.is_short && !importer.log.rows.is_empty()) {
                 return Err(error);
             }

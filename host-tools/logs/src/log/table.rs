@@ -6,7 +6,7 @@ use crate::DataError;
 use csv::{ByteRecord, ErrorKind, ReaderBuilder, Terminator};
 use flate2::read::MultiGzDecoder;
 use std::io::{self, BufRead, BufReader, Read};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// What a table may and must hold beside `t_s`.
 pub(crate) struct Table<'a> {
@@ -174,15 +174,34 @@ fn first(reader: &mut impl Read, count: u64) -> io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// Set-up of a CSV reader whose line numbers hold: with the default terminator the reader counts a
-/// line that ends in CR LF before it has seen the LF. Lines that begin with `#` are comments.
-pub(crate) fn lines(builder: &mut ReaderBuilder) -> &mut ReaderBuilder {
-    builder.has_headers(false).flexible(true).comment(Some(b'#')).terminator(Terminator::Any(b'\n'))
+/// The records of a table, one after the other, without blank lines.
+pub(crate) struct Records {
+    path: PathBuf,
+    reader: csv::Reader<Box<dyn Read>>,
+    pub record: ByteRecord,
 }
 
-/// Whether a line holds nothing but its end.
-pub(crate) fn is_blank(record: &ByteRecord) -> bool {
-    record.len() == 1 && record[0].trim_ascii().is_empty()
+impl Records {
+    /// Opens a table. Line numbers hold: with the default terminator the reader counts a line that ends in CR LF before it
+    /// has seen the LF. Lines that begin with `#` are comments.
+    pub(crate) fn open(path: &Path, builder: &mut ReaderBuilder) -> Result<Self, DataError> {
+        let builder = builder.has_headers(false).flexible(true).comment(Some(b'#')).terminator(Terminator::Any(b'\n'));
+        Ok(Self { path: path.to_owned(), reader: builder.from_reader(open(path)?), record: ByteRecord::new() })
+    }
+
+    /// Takes in the next record: its line; `None` at the end.
+    pub(crate) fn advance(&mut self) -> Result<Option<u64>, DataError> {
+        loop {
+            // the reader's position is one of the line it would read next
+            let line = self.reader.position().line();
+            if !self.reader.read_byte_record(&mut self.record).map_err(|e| csv_error(&self.path, line, &e))? {
+                return Ok(None);
+            }
+            if self.record.len() > 1 || !self.record[0].trim_ascii().is_empty() {
+                return Ok(Some(self.record.position().map_or(line, csv::Position::line)));
+            }
+        }
+    }
 }
 
 /// One line for an error of the CSV reader: broken compression, not a file, no text.
@@ -314,13 +333,12 @@ pub(crate) fn read<const N: usize>(
     table: &Table<'_>,
     mut row: impl FnMut(u64, &[f64; N]),
 ) -> Result<(Vec<String>, Vec<String>), DataError> {
-    let mut reader = lines(ReaderBuilder::new().buffer_capacity(1 << 16)).from_reader(open(path)?);
-    let mut record = ByteRecord::new();
-    if !reader.read_byte_record(&mut record).map_err(|e| csv_error(path, 1, &e))? {
+    let mut records = Records::open(path, ReaderBuilder::new().buffer_capacity(1 << 16))?;
+    if records.advance()?.is_none() {
         return Err(DataError::file(path, "the file is empty; expected a header line with t_s"));
     }
-    let bindings = bind(path, &record, table)?;
-    let cells = record.len();
+    let bindings = bind(path, &records.record, table)?;
+    let cells = records.record.len();
     let mut notes = Vec::new();
     if !bindings.ignored.is_empty() {
         notes.push(format!("columns not used: {}", bindings.ignored.join(", ")));
@@ -328,25 +346,17 @@ pub(crate) fn read<const N: usize>(
     let mut previous_us = None;
     let mut values = [f64::NAN; N];
     let mut rows = 0;
-    loop {
-        // The reader's position is one of the line it would read next.
-        let line = reader.position().line();
-        if !reader.read_byte_record(&mut record).map_err(|e| csv_error(path, line, &e))? {
-            break;
-        }
-        let line = record.position().map_or(line, csv::Position::line);
-        if is_blank(&record) {
-            continue;
-        }
-        if record.len() != cells {
-            let count = record.len();
-            let is_last = !reader.read_byte_record(&mut record).map_err(|e| csv_error(path, line, &e))?;
+    while let Some(line) = records.advance()? {
+        let count = records.record.len();
+        if count != cells {
+            let is_last = records.advance()?.is_none();
             if is_last && count < cells && previous_us.is_some() {
                 notes.push(format!("line {line}, the last, was cut off ({count} of {cells} cells) and is left out"));
                 break;
             }
             return Err(DataError::at(path, line, 0, format!("{count} cells where the header has {cells}")));
         }
+        let record = &records.record;
         let at = |cell: usize, name: &str, message: String| {
             DataError::at(path, line, cell as u64 + 1, format!("{name}: {message}"))
         };

@@ -9,9 +9,10 @@ mod text;
 
 use super::{ColumnMap, read_mapped};
 use crate::DataError;
+use crate::log::Log;
 use crate::log::plausibility::Examination;
-use crate::log::{Log, table};
-use csv::{ByteRecord, ReaderBuilder, Trim};
+use crate::log::table::{self, Records};
+use csv::{ReaderBuilder, Trim};
 use entry::{Entry, Frames};
 use seen::Seen;
 use std::path::Path;
@@ -125,13 +126,11 @@ fn examined(path: &Path, text: &str) -> Result<Examination, DataError> {
 
 /// The columns by the header and the first rows.
 fn look(path: &Path, separator: u8) -> Result<Vec<Seen>, DataError> {
-    let mut reader =
-        table::lines(ReaderBuilder::new().delimiter(separator).trim(Trim::All)).from_reader(table::open(path)?);
-    let mut record = ByteRecord::new();
-    if !reader.read_byte_record(&mut record).map_err(|e| table::csv_error(path, 1, &e))? {
+    let mut records = Records::open(path, ReaderBuilder::new().delimiter(separator).trim(Trim::All))?;
+    let Some(line) = records.advance()? else {
         return Err(DataError::file(path, "the file is empty; expected a header line with the names of the columns"));
-    }
-    let line = record.position().map_or(1, csv::Position::line);
+    };
+    let record = &records.record;
     let mut columns: Vec<Seen> = record.iter().map(|cell| Seen::new(&String::from_utf8_lossy(cell))).collect();
     if columns.len() < 2 {
         let message = "no table: expected columns separated by a comma, a semicolon or a tab, not by blanks";
@@ -143,12 +142,11 @@ fn look(path: &Path, separator: u8) -> Result<Vec<Seen>, DataError> {
                        t_s,depth_m,heading_rad";
         return Err(DataError::at(path, line, 0, message));
     }
-    for row in 0..ROWS {
-        let line = row as u64 + 2;
-        if !reader.read_byte_record(&mut record).map_err(|e| table::csv_error(path, line, &e))? {
+    for _ in 0..ROWS {
+        if records.advance()?.is_none() {
             break;
         }
-        for (column, cell) in columns.iter_mut().zip(&record) {
+        for (column, cell) in columns.iter_mut().zip(&records.record) {
             column.add(separator, cell);
         }
     }
