@@ -56,6 +56,9 @@ const TYPES: [(&str, &[Part]); 15] = [
 pub(super) const ODOMETRY: &str = "nav_msgs/msg/Odometry";
 pub(super) const PRESSURE: &str = "sensor_msgs/msg/FluidPressure";
 
+/// Elements of an array that a mapping can name; one with more is a picture.
+const MOST_ELEMENTS: usize = 1024;
+
 /// Whether a type is read at all.
 pub(super) fn is_known(type_name: &str) -> bool {
     TYPES.iter().any(|(name, _)| *name == type_name)
@@ -113,6 +116,7 @@ impl Numbers {
 
     /// Adds an array, each element by the name that the message gives it, if any, and by its place.
     fn add(&mut self, field: &'static str, names: &[String], values: &[f64], is_alone: bool) {
+        let values = values.get(..MOST_ELEMENTS).unwrap_or(values);
         for field in [Some(field), is_alone.then_some("")].into_iter().flatten() {
             let by_name = names.iter().zip(values).map(|(name, value)| (format!("{field}[{name}]").into(), *value));
             self.fields.extend(by_name);
