@@ -1,6 +1,6 @@
 //! The log that a board writes to its memory card, as events of a session.
 
-use super::reader::{Passed, Source};
+use super::passed::{Passed, Source};
 use super::{Entry, Event};
 use crate::DataError;
 use backseat_app::parameters::{PARAMETER_SCHEMA, PARAMETERS};

@@ -31,6 +31,7 @@ mod axis;
 mod board_log;
 mod format;
 mod index;
+mod passed;
 mod reader;
 mod record;
 mod telemetry;

@@ -3,6 +3,7 @@
 use super::board_log::BoardLog;
 use super::format::{self, Direction, Note, Parameters, Start, Tick};
 use super::index::Index;
+use super::passed::{Passed, Source};
 use super::record::parse_record;
 use super::{Attachment, Clock, Damage, Entry, Event, Meta};
 use crate::DataError;
@@ -10,10 +11,10 @@ use mcap::records::{MessageHeader, Record, op};
 use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use mcap::{MAGIC, McapError};
 use serde::de::DeserializeOwned;
-use std::collections::{HashMap, VecDeque};
+use std::collections::HashMap;
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// No chunk is larger, unpacked: a broken length must not become a huge buffer.
 const MAX_CHUNK: usize = 1 << 26;
@@ -22,36 +23,6 @@ const MAX_CHUNK: usize = 1 << 26;
 pub struct Reader {
     meta: Meta,
     source: Box<dyn Source + Send>,
-}
-
-/// A file as far as it was read.
-pub(super) struct Passed {
-    pub path: PathBuf,
-    pub file: File,
-    pub length: u64,
-    pub read: u64,
-    /// Where the last whole record ended.
-    pub whole: u64,
-    pub waiting: VecDeque<Entry>,
-    pub attachments: Vec<Attachment>,
-    pub damage: Damage,
-    pub ended: bool,
-}
-
-impl Passed {
-    pub fn open(path: &Path, file: File, whole: u64) -> Result<Self, DataError> {
-        let length = file.metadata().map_err(|error| DataError::io(path, &error))?.len();
-        let (waiting, attachments, damage) = (VecDeque::new(), Vec::new(), Damage::default());
-        Ok(Self { path: path.to_owned(), file, length, read: 0, whole, waiting, attachments, damage, ended: false })
-    }
-}
-
-/// A file of either kind.
-pub(super) trait Source {
-    fn passed(&mut self) -> &mut Passed;
-    fn so_far(&self) -> &Passed;
-    /// Takes in a part of the file.
-    fn advance(&mut self) -> Result<(), DataError>;
 }
 
 impl Reader {
