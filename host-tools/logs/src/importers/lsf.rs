@@ -104,7 +104,7 @@ pub(super) fn read(path: &Path, map: Option<&ColumnMap>) -> Result<Imported, Dat
     let mut entities: BTreeMap<u8, String> = BTreeMap::new();
     let mut compass = Compass::default();
     let mut messages = Messages { bytes: &bytes, at: 0, skipped: 0 };
-    while let Some((head, payload)) = messages.next() {
+    for (head, payload) in messages.by_ref() {
         if Some(head.source) != vehicle {
             continue;
         }
