@@ -103,7 +103,7 @@ mod tests {
 
     fn straight(model: &VehicleModel) -> (Lqr, VehicleState, ActuatorInput) {
         let mut lqr = Lqr::new();
-        lqr.configure(model, &LqrWeights::DEFAULT, 1.0).unwrap();
+        lqr.configure(model, 1.0).unwrap();
         let trim = *lqr.trim();
         let input = ActuatorInput { propeller_radps: 100.0, fins_rad: trim.fins_rad };
         (lqr, trim.state(), input)

@@ -17,7 +17,7 @@ use backseat_app::store::{
 use backseat_app::{App, LocalFrame, Loss, Pump};
 use backseat_core::control::allocation::{AllocationMethod, Datum, Moments, allocate};
 use backseat_core::control::mission::{Lawnmower, Mission, Waypoint};
-use backseat_core::control::riccati::{Horizon, LinearQuadratic, RiccatiSolver};
+use backseat_core::control::riccati::RiccatiSolver;
 use backseat_core::control::{ControlConfig, Controller};
 use backseat_core::dynamics::{ActuatorInput, VehicleModel, VehicleParameters};
 use backseat_core::identification::{IdentificationConfig, Identifier, theta};
@@ -302,8 +302,9 @@ fn control(objects: &mut Objects) {
 
     let (a, b) = opaque((SMatrix::<f64, 12, 12>::zeros(), SMatrix::<f64, 12, 3>::zeros()));
     let (q, r) = opaque((SMatrix::<f64, 12, 12>::zeros(), SMatrix::<f64, 3, 3>::identity()));
-    let problem = LinearQuadratic { a: &a, b: &b, q: &q, r: &r, n: opaque(Some(&b)) };
-    opaque(solver.solve(&problem, opaque(Horizon::Infinite)).is_ok());
+    *solver.matrices().0 = a;
+    *solver.matrices().1 = q;
+    opaque((solver.begin(&b, &r).is_ok(), solver.step().is_ok()));
     opaque(solver.cost());
     let mut gain = SMatrix::<f64, 3, 12>::zeros();
     solver.gain_to(&mut gain);
@@ -401,7 +402,7 @@ fn frames(bytes: &[u8]) {
             if let Ok(Some(sample)) = packet.sample() {
                 opaque(mip::emit_sample(&opaque(sample), &mut [0; 256]).is_ok());
             }
-            opaque((packet.answer(), packet.fields().count()));
+            opaque(packet.fields().count());
         }
     }
     opaque(mip::emit_format(opaque(1), &mut buffer).is_ok());

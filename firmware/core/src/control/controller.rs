@@ -3,7 +3,7 @@
 use super::allocation::{Datum, allocate, allocate_to};
 use super::aside::Aside;
 use super::dive::Dive;
-use super::guidance::{crab_angle_rad, turn_rate_max_radps};
+use super::guidance::{GuidanceGains, crab_angle_rad, turn_rate_max_radps};
 use super::limits::{ActuatorLimits, Limiter};
 use super::lqr::Lqr;
 use super::mission::{Mission, MissionError, MissionStatus, Progress, Waypoint};
@@ -86,7 +86,7 @@ impl Controller {
     /// What is wrong; the old configuration stays active then.
     pub fn configure(&mut self, config: &ControlConfig, model: &VehicleModel) -> Result<(), ControlError> {
         config.validate()?;
-        self.lqr.configure(model, &config.lqr, config.cruise_speed_mps)?;
+        self.lqr.configure(model, config.cruise_speed_mps)?;
         self.limiter.set_limits(config.limits.within(model.parameters()));
         let speed = config.speed.for_vehicle(model.parameters(), config.cruise_speed_mps);
         self.config = ControlConfig { speed, ..*config };
@@ -213,7 +213,7 @@ impl Controller {
                 let crab = crab_angle_rad(segment, x, current);
                 command.error = segment.error(x);
                 command.helm = Some(HelmCommand {
-                    heading_rad: self.config.guidance.heading_rad(&command.error, crab),
+                    heading_rad: GuidanceGains::DEFAULT.heading_rad(&command.error, crab),
                     depth_m: segment.depth_m,
                     speed_mps: segment.speed_mps,
                 });
@@ -280,7 +280,7 @@ impl Controller {
         thrust_n: f64,
         fins_rad: [f64; 4],
     ) -> ActuatorInput {
-        let demand = self.lqr.demand(error, &self.config.guidance, turn_rate_max_radps(model));
+        let demand = self.lqr.demand(error, turn_rate_max_radps(model));
         let limits = self.limiter.limits();
         let (v, datum) = (state::velocity(x), Datum::Above(fins_rad));
         let thrust = (thrust_n + demand.thrust_n).max(0.0).min(self.config.speed.thrust_max_n);

@@ -14,7 +14,7 @@
 use super::ControlError;
 use super::allocation::{Moments, pitch_lever_m, yaw_lever_m};
 use super::guidance::GuidanceGains;
-use super::riccati::{Horizon, RiccatiError, RiccatiSolver};
+use super::riccati::{RiccatiError, RiccatiSolver};
 use super::trim::Trim;
 use crate::dynamics::{ActuatorInput, VehicleModel};
 use crate::state::{self, VehicleState};
@@ -61,16 +61,6 @@ impl LqrWeights {
         ],
         input_deviation: [5.0; LQR_INPUTS],
     };
-
-    /// All zero: not configured.
-    pub(super) const NONE: Self = Self { state_deviation: [0.0; 12], input_deviation: [0.0; LQR_INPUTS] };
-
-    /// Finite and positive.
-    #[must_use]
-    pub fn is_valid(&self) -> bool {
-        // The inverse square must be a number as well.
-        self.state_deviation.iter().chain(&self.input_deviation).all(|d| (1e-6..=1e6).contains(d))
-    }
 }
 
 const RAD_PER_DEG: f64 = core::f64::consts::PI / 180.0;
@@ -87,7 +77,6 @@ pub struct LqrDemand {
 /// The regulator with its gain, and the next gain in the making.
 #[derive(Clone, Debug)]
 pub struct Lqr {
-    weights: LqrWeights,
     trim: Trim,
     gain: LqrGain,
     solver: RiccatiSolver<12, LQR_INPUTS>,
@@ -104,7 +93,6 @@ impl Lqr {
     #[must_use]
     pub const fn new() -> Self {
         Self {
-            weights: LqrWeights::NONE,
             trim: Trim::REST,
             gain: SMatrix::from_array_storage(nalgebra::ArrayStorage([[0.0; LQR_INPUTS]; 12])),
             solver: RiccatiSolver::new(),
@@ -118,18 +106,12 @@ impl Lqr {
     ///
     /// # Errors
     /// No trim, or no gain; the old one stays then.
-    pub fn configure(
-        &mut self,
-        model: &VehicleModel,
-        weights: &LqrWeights,
-        speed_mps: f64,
-    ) -> Result<(), ControlError> {
+    pub fn configure(&mut self, model: &VehicleModel, speed_mps: f64) -> Result<(), ControlError> {
         let trim = Trim::solve(model, speed_mps).ok_or(ControlError::NoTrim)?;
         self.pending = None;
-        start(&mut self.solver, model, weights, &trim).map_err(|_| ControlError::NoGain)?;
+        start(&mut self.solver, model, &trim).map_err(|_| ControlError::NoGain)?;
         for _ in 0..RiccatiSolver::<12, LQR_INPUTS>::MAX_STEPS {
             if self.solver.step().map_err(|_| ControlError::NoGain)? {
-                self.weights = *weights;
                 self.trim = trim;
                 self.solver.gain_to(&mut self.gain);
                 self.refused_mps = None;
@@ -160,7 +142,7 @@ impl Lqr {
             _ => {
                 self.pending = Trim::solve(model, speed_mps);
                 match &self.pending {
-                    Some(trim) => start(&mut self.solver, model, &self.weights, trim).map(|()| false),
+                    Some(trim) => start(&mut self.solver, model, trim).map(|()| false),
                     None => Err(RiccatiError::NotStabilisable),
                 }
             }
@@ -197,8 +179,8 @@ impl Lqr {
     /// angles: beyond, the linear law would turn the vehicle in circles. What they and the heading then ask for
     /// together is cut to where the turn rate weighs against it at `turn_rate_max_radps`.
     #[must_use]
-    pub fn demand(&self, error: &VehicleState, guidance: &GuidanceGains, turn_rate_max_radps: f64) -> LqrDemand {
-        let k = &self.gain;
+    pub fn demand(&self, error: &VehicleState, turn_rate_max_radps: f64) -> LqrDemand {
+        let (k, guidance) = (&self.gain, GuidanceGains::DEFAULT);
         let across_max_m = guidance.approach_max_rad * ratio(k[(2, state::PSI)], k[(2, state::Y)]);
         let depth_max_m = guidance.pitch_max_rad * ratio(k[(1, state::THETA)], k[(1, state::Z)]);
         let mut bounded = *error;
@@ -233,12 +215,7 @@ pub fn lqr_input_matrix(model: &VehicleModel) -> SMatrix<f64, 12, LQR_INPUTS> {
     b
 }
 
-fn start(
-    solver: &mut RiccatiSolver<12, LQR_INPUTS>,
-    model: &VehicleModel,
-    weights: &LqrWeights,
-    trim: &Trim,
-) -> Result<(), RiccatiError> {
+fn start(solver: &mut RiccatiSolver<12, LQR_INPUTS>, model: &VehicleModel, trim: &Trim) -> Result<(), RiccatiError> {
     let input = ActuatorInput {
         propeller_radps: super::speed::propeller_radps(model.propeller(), trim.thrust_n, trim.surge_mps),
         fins_rad: trim.fins_rad,
@@ -246,9 +223,10 @@ fn start(
     let (a, q) = solver.matrices();
     model.linearise(&trim.state(), &input).F_to(a);
     let b = lqr_input_matrix(model);
+    let LqrWeights { state_deviation, input_deviation } = LqrWeights::DEFAULT;
     let inverse_square = |d: f64| 1.0 / (d * d);
     q.fill(0.0);
-    q.set_diagonal(&SVector::from(weights.state_deviation.map(inverse_square)));
-    let r = SMatrix::from_diagonal(&SVector::from(weights.input_deviation.map(inverse_square)));
-    solver.begin(&b, &r, None, Horizon::Infinite)
+    q.set_diagonal(&SVector::from(state_deviation.map(inverse_square)));
+    let r = SMatrix::from_diagonal(&SVector::from(input_deviation.map(inverse_square)));
+    solver.begin(&b, &r)
 }

@@ -32,7 +32,6 @@ use crate::state::{self, VehicleState};
 use allocation::{Datum, allocate};
 use guidance::{GuidanceGains, crab_angle_rad, turn_rate_max_radps};
 use limits::ActuatorLimits;
-use lqr::LqrWeights;
 use mission::Mission;
 use pd::PdGains;
 use speed::{SpeedGains, propeller_radps};
@@ -66,14 +65,10 @@ crate::with_defaults! {
         turn_radius_m: f64 = 5.0,
         /// Speed through the water the first gain is made for, m/s.
         cruise_speed_mps: f64 = 1.0,
-        /// Approach to line and depth; its largest angles hold for every law.
-        guidance: GuidanceGains = GuidanceGains::DEFAULT,
         /// Gains of the PD law.
         pd: PdGains = PdGains::DEFAULT,
         /// Gains of the speed law; its largest thrust holds for every law.
         speed: SpeedGains = SpeedGains::DEFAULT,
-        /// Weights of the LQR.
-        lqr: LqrWeights = LqrWeights::DEFAULT,
     }
 }
 
@@ -98,10 +93,8 @@ impl ControlConfig {
         limits: ActuatorLimits::NONE,
         turn_radius_m: 0.0,
         cruise_speed_mps: 0.0,
-        guidance: GuidanceGains { kappa_psi: 0.0, approach_max_rad: 0.0, kappa_theta: 0.0, pitch_max_rad: 0.0 },
         pd: PdGains { kp_psi: 0.0, kd_r: 0.0, kp_theta: 0.0, kd_q: 0.0 },
         speed: SpeedGains { kp_u: 0.0, thrust_max_n: 0.0 },
-        lqr: LqrWeights::NONE,
     };
 
     /// Checks what does not depend on the vehicle.
@@ -109,26 +102,10 @@ impl ControlConfig {
     /// # Errors
     /// The first parameter outside its range, or gains that are not finite or have the wrong sign.
     pub fn validate(&self) -> Result<(), ControlError> {
-        let not_negative = |values: &[f64]| values.iter().all(|x| x.is_finite() && *x >= 0.0);
-        let (g, pd, s) = (&self.guidance, &self.pd, &self.speed);
         check(Self::ROWS, self).map_err(ControlError::OutOfRange)?;
-        let angles = |x: f64| (0.0..core::f64::consts::FRAC_PI_2).contains(&x);
-        if !not_negative(&[
-            g.kappa_psi,
-            g.kappa_theta,
-            pd.kp_psi,
-            pd.kd_r,
-            pd.kp_theta,
-            pd.kd_q,
-            s.kp_u,
-            s.thrust_max_n,
-        ]) || !angles(g.approach_max_rad)
-            || !angles(g.pitch_max_rad)
-            || !self.lqr.is_valid()
-        {
-            return Err(ControlError::Gains);
-        }
-        Ok(())
+        let (pd, s) = (&self.pd, &self.speed);
+        let gains = [pd.kp_psi, pd.kd_r, pd.kp_theta, pd.kd_q, s.kp_u, s.thrust_max_n];
+        if gains.iter().all(|x| x.is_finite() && *x >= 0.0) { Ok(()) } else { Err(ControlError::Gains) }
     }
 }
 
@@ -137,11 +114,11 @@ impl ControlConfig {
 pub enum ControlError {
     /// A parameter is not finite or outside its range.
     OutOfRange(ParameterError),
-    /// A gain or weight is not finite or has the wrong sign.
+    /// A gain is not finite or has the wrong sign.
     Gains,
     /// The vehicle has no straight level flight at the cruise speed.
     NoTrim,
-    /// The Riccati equation has no stabilising solution for these weights.
+    /// The Riccati equation has no stabilising solution.
     NoGain,
 }
 
@@ -163,8 +140,8 @@ pub struct LawContext<'a> {
 pub fn attitude_law(context: &LawContext<'_>, x: &VehicleState, segment: &Segment) -> ActuatorInput {
     let LawContext { config, model, trim, current_ne_mps } = *context;
     let error = segment.error(x);
-    let heading = config.guidance.heading_rad(&error, crab_angle_rad(segment, x, current_ne_mps));
-    let pitch = config.guidance.pitch_rad(&error, trim.pitch_rad);
+    let heading = GuidanceGains::DEFAULT.heading_rad(&error, crab_angle_rad(segment, x, current_ne_mps));
+    let pitch = GuidanceGains::DEFAULT.pitch_rad(&error, trim.pitch_rad);
     let (pd, turn_max) = (config.pd.at_speed(segment.speed_mps), turn_rate_max_radps(model));
     let moments = pd.moments(x, heading, pitch, trim.fin_pitch_moment_nm, turn_max);
     let limit_rad = config.limits.within(model.parameters()).fin_rad;

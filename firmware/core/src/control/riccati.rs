@@ -1,7 +1,7 @@
 //! Riccati equation of the linear quadratic regulator, solved by structure-preserving doubling.
 //!
-//! Minimises ∫ (xᵀQx + uᵀRu + 2xᵀNu) dt of ẋ = Ax + Bu, over all time or up to a horizon. With the time to go
-//! τ and P(0) = 0, −dP/dt = AᵀP + PA − (PB + N) R⁻¹ (BᵀP + Nᵀ) + Q, and u = −Kx with K = R⁻¹(BᵀP + Nᵀ).
+//! Minimises ∫ (xᵀQx + uᵀRu) dt of ẋ = Ax + Bu over all time: 0 = AᵀP + PA − PB R⁻¹ BᵀP + Q, and u = −Kx with
+//! K = R⁻¹BᵀP.
 //!
 //! The solution over a time h for any start P₀ is H + Eᵀ P₀ (I + G P₀)⁻¹ E with three matrices that depend on h
 //! only; H is the solution from P₀ = 0, E the transition of the closed loop. Two steps of h compose to one of 2h:
@@ -12,8 +12,7 @@
 //!
 //! (E. K.-W. Chu, H.-Y. Fan, W.-W. Lin, *A structure-preserving doubling algorithm for continuous-time algebraic
 //! Riccati equations*, Linear Algebra Appl. 396, 2005, started from the exact flow over a short h instead of its
-//! Cayley transform, so that every H on the way is the finite-horizon solution as well.) The short flow is the
-//! Taylor series of exp([−A S; Q Aᵀ] h), S = B R⁻¹ Bᵀ. All matrices stay bounded: G and H are positive
+//! Cayley transform.) The short flow is the Taylor series of exp([−A S; Q Aᵀ] h), S = B R⁻¹ Bᵀ. All matrices stay bounded: G and H are positive
 //! semi-definite, so I + GH never is singular, and convergence is quadratic.
 //!
 //! The work is cut in slices of a few matrix products, so that a board can spread a solution over its steps.
@@ -29,36 +28,12 @@ const ORDER: u8 = 8;
 /// that a double can tell from infinity.
 const MAX_DOUBLINGS: u8 = 50;
 
-/// ẋ = Ax + Bu with the cost ∫ (xᵀQx + uᵀRu + 2xᵀNu) dt.
-#[derive(Clone, Copy, Debug)]
-pub struct LinearQuadratic<'a, const N: usize, const M: usize> {
-    /// A.
-    pub a: &'a SMatrix<f64, N, N>,
-    /// B.
-    pub b: &'a SMatrix<f64, N, M>,
-    /// Q, positive semi-definite.
-    pub q: &'a SMatrix<f64, N, N>,
-    /// R, positive definite.
-    pub r: &'a SMatrix<f64, M, M>,
-    /// N, the cross term.
-    pub n: Option<&'a SMatrix<f64, N, M>>,
-}
-
-/// How far ahead the cost is counted.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Horizon {
-    /// For all time: the algebraic equation.
-    Infinite,
-    /// For a time to go, s, with no cost at its end.
-    Finite(f64),
-}
-
 /// Why there is no solution.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RiccatiError {
     /// R is not positive definite.
     InputWeight,
-    /// A matrix or the horizon is not finite, or the horizon is negative.
+    /// A matrix is not finite.
     NotFinite,
     /// No solution that stabilises the system was approached.
     NotStabilisable,
@@ -77,7 +52,7 @@ enum Phase {
     Double(u8),
 }
 
-/// A solution in progress. 8 N² + 2 NM doubles, 10 kB for the vehicle: keep it in a static.
+/// A solution in progress. 8 N² + NM doubles, 10 kB for the vehicle: keep it in a static.
 #[derive(Clone, Debug)]
 pub struct RiccatiSolver<const N: usize, const M: usize> {
     /// Until the flow is complete; scratch afterwards, as `s`.
@@ -90,11 +65,7 @@ pub struct RiccatiSolver<const N: usize, const M: usize> {
     work: [SMatrix<f64, N, N>; 2],
     /// R⁻¹ Bᵀ.
     rb: SMatrix<f64, M, N>,
-    /// R⁻¹ Nᵀ.
-    rn: SMatrix<f64, M, N>,
     step_s: f64,
-    /// Doublings wanted; `None` until converged.
-    doublings: Option<u8>,
     phase: Phase,
 }
 
@@ -118,75 +89,32 @@ impl<const N: usize, const M: usize> RiccatiSolver<N, M> {
             h: zeros(),
             work: [zeros(); 2],
             rb: zeros(),
-            rn: zeros(),
             step_s: 0.0,
-            doublings: None,
             phase: Phase::Done,
         }
     }
 
-    /// Sets up a problem; nothing but products with B, R and N is computed yet.
-    ///
-    /// # Errors
-    /// R is not positive definite, or something is not finite.
-    pub fn start(&mut self, problem: &LinearQuadratic<'_, N, M>, horizon: Horizon) -> Result<(), RiccatiError> {
-        self.a.copy_from(problem.a);
-        self.q.copy_from(problem.q);
-        self.begin(problem.b, problem.r, problem.n, horizon)
-    }
-
     /// A and Q, to be written before [`Self::begin`].
-    pub(super) fn matrices(&mut self) -> (&mut SMatrix<f64, N, N>, &mut SMatrix<f64, N, N>) {
+    pub fn matrices(&mut self) -> (&mut SMatrix<f64, N, N>, &mut SMatrix<f64, N, N>) {
         (&mut self.a, &mut self.q)
     }
 
-    /// Sets up the problem whose [`Self::matrices`] were written.
-    pub(super) fn begin(
-        &mut self,
-        b: &SMatrix<f64, N, M>,
-        r: &SMatrix<f64, M, M>,
-        n: Option<&SMatrix<f64, N, M>>,
-        horizon: Horizon,
-    ) -> Result<(), RiccatiError> {
+    /// Sets up the problem whose [`Self::matrices`] were written, with B and R; nothing but products with them is
+    /// computed yet.
+    ///
+    /// # Errors
+    /// R is not positive definite, or something is not finite.
+    pub fn begin(&mut self, b: &SMatrix<f64, N, M>, r: &SMatrix<f64, M, M>) -> Result<(), RiccatiError> {
         let r = Cholesky::new(*r).ok_or(RiccatiError::InputWeight)?;
         b.transpose_to(&mut self.rb);
         r.solve_mut(&mut self.rb);
         self.s.gemm(1.0, b, &self.rb, 0.0);
-        match n {
-            // A − B R⁻¹ Nᵀ and Q − N R⁻¹ Nᵀ: the same problem without a cross term.
-            Some(n) => {
-                n.transpose_to(&mut self.rn);
-                r.solve_mut(&mut self.rn);
-                self.a.gemm(-1.0, b, &self.rn, 1.0);
-                self.q.gemm(-1.0, n, &self.rn, 1.0);
-            }
-            None => self.rn.fill(0.0),
-        }
         // Q and S have different units; the geometric mean is what counts, whatever the scale of the cost.
         let norm = self.a.norm() + libm::sqrt(self.q.norm() * self.s.norm());
-        let longest_s = SHORT_FLOW / norm.max(f64::MIN_POSITIVE);
         if !norm.is_finite() {
             return Err(RiccatiError::NotFinite);
         }
-        match horizon {
-            Horizon::Infinite => {
-                self.doublings = None;
-                self.step_s = longest_s.min(1.0);
-            }
-            Horizon::Finite(time_s) => {
-                if !(0.0..f64::INFINITY).contains(&time_s) {
-                    return Err(RiccatiError::NotFinite);
-                }
-                let mut doublings = 0;
-                let mut step_s = time_s;
-                while step_s > longest_s && doublings < MAX_DOUBLINGS {
-                    step_s *= 0.5;
-                    doublings += 1;
-                }
-                self.doublings = Some(doublings);
-                self.step_s = step_s;
-            }
-        }
+        self.step_s = (SHORT_FLOW / norm.max(f64::MIN_POSITIVE)).min(1.0);
         self.e.fill_with_identity();
         self.h.fill(0.0);
         self.g.fill(0.0);
@@ -206,7 +134,6 @@ impl<const N: usize, const M: usize> RiccatiSolver<N, M> {
             Phase::First(term) => Ok(self.flow(false, term)),
             Phase::Second(term) => Ok(self.flow(true, term)),
             Phase::Join => self.join(),
-            Phase::Double(done) if Some(done) == self.doublings => Ok(Phase::Done),
             Phase::Double(done) => self.double(done),
             Phase::Done => Ok(Phase::Done),
         };
@@ -220,29 +147,15 @@ impl<const N: usize, const M: usize> RiccatiSolver<N, M> {
         Ok(self.phase == Phase::Done)
     }
 
-    /// All slices at once.
-    ///
-    /// # Errors
-    /// As [`Self::start`] and [`Self::step`].
-    pub fn solve(&mut self, problem: &LinearQuadratic<'_, N, M>, horizon: Horizon) -> Result<(), RiccatiError> {
-        self.start(problem, horizon)?;
-        for _ in 0..Self::MAX_STEPS {
-            if self.step()? {
-                return Ok(());
-            }
-        }
-        Err(RiccatiError::NotStabilisable)
-    }
-
     /// P of the last complete solution.
     #[must_use]
     pub fn cost(&self) -> &SMatrix<f64, N, N> {
         &self.h
     }
 
-    /// K = R⁻¹(BᵀP + Nᵀ) of the last complete solution.
+    /// K = R⁻¹BᵀP of the last complete solution.
     pub fn gain_to(&self, k: &mut SMatrix<f64, M, N>) {
-        k.copy_from(&self.rn);
+        k.fill(0.0);
         k.gemm(1.0, &self.rb, &self.h, 1.0);
     }
 
@@ -320,8 +233,7 @@ impl<const N: usize, const M: usize> RiccatiSolver<N, M> {
         }
         // Convergence is quadratic: an increment of 1e-14 leaves an error far below rounding. E vanishes only
         // if the closed loop is stable; H alone would also settle where an unstable mode costs nothing.
-        let settled = w.amax() <= 1e-14 * size && self.e.amax() <= 1e-6;
-        if self.doublings.is_none() && settled {
+        if w.amax() <= 1e-14 * size && self.e.amax() <= 1e-6 {
             return Ok(Phase::Done);
         }
         if done >= MAX_DOUBLINGS { Err(RiccatiError::NotStabilisable) } else { Ok(Phase::Double(done + 1)) }

@@ -4,7 +4,7 @@ use crate::measure::{Worst, count};
 use crate::random::Random;
 use crate::row;
 use backseat_core::control::allocation::{AllocationMethod, Datum, Moments, allocate};
-use backseat_core::control::lqr::{Lqr, LqrWeights};
+use backseat_core::control::lqr::Lqr;
 use backseat_core::control::mission::{Mission, Waypoint};
 use backseat_core::control::{ControlConfig, ControlLaw, Controller};
 use backseat_core::dynamics::{VehicleModel, VehicleParameters};
@@ -33,7 +33,7 @@ pub fn measure(controller: &mut Controller) {
 #[inline(never)]
 fn gain(model: &VehicleModel) {
     let mut lqr = Lqr::new();
-    let whole = count(|| black_box(&mut lqr).configure(model, &LqrWeights::DEFAULT, 1.0).is_ok()).1;
+    let whole = count(|| black_box(&mut lqr).configure(model, 1.0).is_ok()).1;
     row("control", "LQR gain, at once", 0, 0, whole, 0);
     let mut slice = Worst(0);
     let mut slices = 0;

@@ -10,7 +10,7 @@ use crate::sampled_lqr::SampledLqr;
 use anyhow::{Context, anyhow};
 use backseat_core::control::allocation::{Datum, Moments, allocate};
 use backseat_core::control::limits::Limiter;
-use backseat_core::control::lqr::{Lqr, LqrGain};
+use backseat_core::control::lqr::{Lqr, LqrGain, LqrWeights};
 use backseat_core::control::mission::Mission;
 use backseat_core::control::reference::ReferenceTrajectory;
 use backseat_core::control::speed::propeller_radps;
@@ -63,7 +63,7 @@ impl Regulator {
     fn new(model: &VehicleModel, mission: Mission, x: &VehicleState, source: Gain) -> anyhow::Result<Self> {
         let config = ControlConfig::REFERENCE;
         let mut lqr = Lqr::new();
-        lqr.configure(model, &config.lqr, SPEED_MPS).map_err(|error| anyhow!("gain: {error:?}"))?;
+        lqr.configure(model, SPEED_MPS).map_err(|error| anyhow!("gain: {error:?}"))?;
         let limiter = Limiter::new(config.limits.within(model.parameters()));
         let mut reference = ReferenceTrajectory::new(limiter);
         reference.start(&mission, x, &limiter).map_err(|error| anyhow!("start: {error:?}"))?;
@@ -84,7 +84,7 @@ impl Regulator {
         if let Gain::Current { every } = self.source
             && self.steps.is_multiple_of(every)
         {
-            let sampled = SampledLqr { model: &self.model, weights: self.config.lqr, period_s };
+            let sampled = SampledLqr { model: &self.model, weights: LqrWeights::DEFAULT, period_s };
             match sampled.gain_at(&relative, self.limiter.last()) {
                 Some(gain) => self.gain = gain,
                 None => self.unsolved += 1,
