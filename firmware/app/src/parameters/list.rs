@@ -1,15 +1,11 @@
 //! All parameters as one list, number by number, in the order of their index: core's rows, the effects, the app's rows.
 
 use super::settings::{AppSettings, Settings};
-use super::table::APP;
 use backseat_core::control::ControlConfig;
 use backseat_core::dynamics::VehicleParameters;
 use backseat_core::effects::{self, ParameterId, ParameterKind};
 use backseat_core::navigation::{Learnt, NavigationConfig, Priors, ProcessNoise, SensorNoise};
-use backseat_core::parameters::{
-    Declaration, INSTALLATION, Installation, Kind, LEARNT, NOISE, PRIOR, Row, SAFETY, SENSORS, SafetyLimits, Shape,
-    UnderWay, VEHICLE, count,
-};
+use backseat_core::parameters::{Declaration, Installation, Kind, LEARNT, Row, SafetyLimits, Shape, UnderWay, count};
 use backseat_wire::hostlink::Refusal;
 use core::ops::Deref;
 
@@ -111,17 +107,17 @@ impl Parameter {
     }
 }
 
-const COUNT: usize = count(VEHICLE)
-    + count(NOISE)
-    + count(SENSORS)
-    + count(PRIOR)
+const COUNT: usize = count(VehicleParameters::ROWS)
+    + count(ProcessNoise::ROWS)
+    + count(SensorNoise::ROWS)
+    + count(Priors::ROWS)
     + count(LEARNT)
-    + count(INSTALLATION)
+    + count(Installation::ROWS)
     + effects::PARAMETERS
     + count(NavigationConfig::ROWS)
-    + count(APP)
+    + count(AppSettings::ROWS)
     + count(ControlConfig::ROWS)
-    + count(SAFETY);
+    + count(SafetyLimits::ROWS);
 
 /// The list but for its names.
 static UNNAMED: [Parameter; COUNT] = {
@@ -142,21 +138,21 @@ static UNNAMED: [Parameter; COUNT] = {
             }
         };
     }
-    push!(VEHICLE as Access::Vehicle);
-    push!(NOISE as Access::Noise);
-    push!(SENSORS as Access::Sensors);
-    push!(PRIOR as Access::Prior);
+    push!(VehicleParameters::ROWS as Access::Vehicle);
+    push!(ProcessNoise::ROWS as Access::Noise);
+    push!(SensorNoise::ROWS as Access::Sensors);
+    push!(Priors::ROWS as Access::Prior);
     push!(LEARNT as Access::Learnt);
-    push!(INSTALLATION as Access::Installation);
+    push!(Installation::ROWS as Access::Installation);
     let mut place = 0;
     while place < effects::PARAMETERS {
         list[length] = effect(place);
         (place, length) = (place + 1, length + 1);
     }
     push!(NavigationConfig::ROWS as Access::Filter);
-    push!(APP as Access::App);
+    push!(AppSettings::ROWS as Access::App);
     push!(ControlConfig::ROWS as Access::Control);
-    push!(SAFETY as Access::Safety);
+    push!(SafetyLimits::ROWS as Access::Safety);
     list
 };
 

@@ -6,7 +6,6 @@
 
 mod list;
 mod settings;
-mod table;
 
 pub use list::{PARAMETERS, Parameter, find};
 pub use settings::{

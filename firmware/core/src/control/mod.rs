@@ -26,8 +26,7 @@ pub use aside::{Aside, MANOEUVRES, Manoeuvre};
 pub use controller::{Command, Controller, HelmCommand};
 
 use crate::dynamics::{ActuatorInput, VehicleModel};
-use crate::parameters::{ParameterError, Row, check};
-use crate::row;
+use crate::parameters::{ParameterError, check};
 use crate::state::{self, VehicleState};
 use allocation::{Datum, allocate};
 use guidance::{GuidanceGains, crab_angle_rad, turn_rate_max_radps};
@@ -49,43 +48,33 @@ pub enum ControlLaw {
     LqrOnReference,
 }
 
-crate::with_defaults! {
+crate::declared! {
     /// Configuration of the controller.
     #[derive(Clone, Copy, Debug, PartialEq)]
     pub struct ControlConfig;
     /// LQR for the reference survey.
-    const REFERENCE {
-        /// PD or LQR.
-        law: ControlLaw = ControlLaw::Lqr,
-        /// Fin allocation.
-        allocation: AllocationMethod = AllocationMethod::Decoupled,
+    const REFERENCE, with {
         /// Actuator limits.
         limits: ActuatorLimits = ActuatorLimits::DEFAULT,
-        /// Radius of the turns at waypoints, m.
-        turn_radius_m: f64 = 5.0,
-        /// Speed through the water the first gain is made for, m/s.
-        cruise_speed_mps: f64 = 1.0,
         /// Gains of the PD law.
         pd: PdGains = PdGains::DEFAULT,
         /// Gains of the speed law; its largest thrust holds for every law.
         speed: SpeedGains = SpeedGains::DEFAULT,
+    };
+    /// Its rows of the table of parameters.
+    const ROWS {
+        [choice "app.control_law"] "Control law: 0 PD, 1 LQR, 2 LQR about the reference trajectory." law: ControlLaw = ControlLaw::Lqr; [ControlLaw::Pd, ControlLaw::Lqr, ControlLaw::LqrOnReference],
+        [choice "app.allocation"] "Fin allocation: 0 decoupled, 1 six degrees of freedom." allocation: AllocationMethod = AllocationMethod::Decoupled; [AllocationMethod::Decoupled, AllocationMethod::SixDof],
+        [real "app.fin_limit_rad", "", "rad", [0.01, 1.0]] "Largest fin angle that the controller commands." (limits.fin_rad),
+        [real "app.fin_rate_radps", "", "rad/s", [0.01, 50.0]] "Largest rate of a fin." (limits.fin_rate_radps),
+        [real "app.propeller_limit_radps", "", "rad/s", [1.0, 1000.0]] "Largest propeller speed that the controller commands." (limits.propeller_radps),
+        [real "app.propeller_rate_radps2", "", "rad/s^2", [0.1, 10000.0]] "Largest acceleration of the propeller." (limits.propeller_radps2),
+        [real "app.turn_radius_m", "", "m", [0.0, 500.0]] "Radius of the turns at waypoints." turn_radius_m: f64 = 5.0,
+        [real "app.cruise_speed_mps", "", "m/s", [Mission::MIN_SPEED_MPS, Mission::MAX_SPEED_MPS]] "Speed through the water for which the first gain is computed." cruise_speed_mps: f64 = 1.0,
     }
 }
 
 impl ControlConfig {
-    /// Its rows of the table of parameters.
-    #[rustfmt::skip] // a row a line, to be read as a table
-    pub const ROWS: &[Row<Self>] = &[
-        row!(choice "app.control_law", "Control law: 0 PD, 1 LQR, 2 LQR about the reference trajectory.", law, [ControlLaw::Pd, ControlLaw::Lqr, ControlLaw::LqrOnReference]),
-        row!(choice "app.allocation", "Fin allocation: 0 decoupled, 1 six degrees of freedom.", allocation, [AllocationMethod::Decoupled, AllocationMethod::SixDof]),
-        row!(real "app.fin_limit_rad", "", "rad", [0.01, 1.0], "Largest fin angle that the controller commands.", limits.fin_rad),
-        row!(real "app.fin_rate_radps", "", "rad/s", [0.01, 50.0], "Largest rate of a fin.", limits.fin_rate_radps),
-        row!(real "app.propeller_limit_radps", "", "rad/s", [1.0, 1000.0], "Largest propeller speed that the controller commands.", limits.propeller_radps),
-        row!(real "app.propeller_rate_radps2", "", "rad/s^2", [0.1, 10000.0], "Largest acceleration of the propeller.", limits.propeller_radps2),
-        row!(real "app.turn_radius_m", "", "m", [0.0, 500.0], "Radius of the turns at waypoints.", turn_radius_m),
-        row!(real "app.cruise_speed_mps", "", "m/s", [Mission::MIN_SPEED_MPS, Mission::MAX_SPEED_MPS], "Speed through the water for which the first gain is computed.", cruise_speed_mps),
-    ];
-
     /// All zero: of a controller that is not configured, and whose static takes no flash.
     pub(super) const BLANK: Self = Self {
         law: ControlLaw::Pd,

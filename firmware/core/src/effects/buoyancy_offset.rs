@@ -2,7 +2,7 @@
 //!
 //! Ballast, or water of another density if nothing else follows it.
 
-use super::{Confusion, EffectInfo, Enters, Hooks, Motion, ParameterInfo};
+use super::{EffectInfo, Enters, Hooks, Motion, ParameterInfo, info::with};
 use crate::dynamics::VehicleParameters;
 use nalgebra::{Vector3, Vector6};
 
@@ -15,16 +15,12 @@ pub const INFO: EffectInfo = EffectInfo {
     signature: "A constant vertical force is missing: in level flight the pitch and the elevator differ from \
                 the model's",
     confused_with: &[
-        Confusion {
-            effect: "pitch_trim",
-            condition: "The log has one speed only",
-            separating_manoeuvre: "Fly at two propeller speeds, or drift for a minute with the propeller stopped",
-        },
-        Confusion {
-            effect: "water_density",
-            condition: "The log has no water density",
-            separating_manoeuvre: "Log the water density (CTD)",
-        },
+        with(
+            "pitch_trim",
+            "The log has one speed only",
+            "Fly at two propeller speeds, or drift for a minute with the propeller stopped",
+        ),
+        with("water_density", "The log has no water density", "Log the water density (CTD)"),
     ],
     hooks: Hooks { plant: Some(plant), wrench_by: Some(wrench_by), ..Hooks::NONE },
 };

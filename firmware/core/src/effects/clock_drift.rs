@@ -1,6 +1,6 @@
 //! `clock_drift`: the offset of one-way travel times grows with time since the epoch.
 
-use super::{Confusion, EffectInfo, Enters, Hooks, Measure, Moment, ParameterInfo, SensorChannel, Slopes};
+use super::{EffectInfo, Enters, Hooks, Measure, Moment, ParameterInfo, SensorChannel, Slopes, info::with};
 
 /// The catalogue's entry.
 pub const INFO: EffectInfo = EffectInfo {
@@ -9,11 +9,7 @@ pub const INFO: EffectInfo = EffectInfo {
     enters: Enters::Measurement,
     equations: "r_m = r + 1e-6 c ppm t",
     signature: "Range innovations grow in proportion to time",
-    confused_with: &[Confusion {
-        effect: "clock_offset",
-        condition: "The log is short",
-        separating_manoeuvre: "Record a longer log",
-    }],
+    confused_with: &[with("clock_offset", "The log is short", "Record a longer log")],
     hooks: Hooks { measure: Some(Measure { channels: &[SensorChannel::Range], apply }), ..Hooks::NONE },
 };
 

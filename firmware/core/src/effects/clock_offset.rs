@@ -1,6 +1,6 @@
 //! `clock_offset`: one-way travel times measured minus true.
 
-use super::{Confusion, EffectInfo, Enters, Hooks, Measure, Moment, ParameterInfo, SensorChannel, Slopes};
+use super::{EffectInfo, Enters, Hooks, Measure, Moment, ParameterInfo, SensorChannel, Slopes, info::with};
 
 /// The catalogue's entry.
 pub const INFO: EffectInfo = EffectInfo {
@@ -10,12 +10,8 @@ pub const INFO: EffectInfo = EffectInfo {
     equations: "r_m = r + c s",
     signature: "Range innovations have the same mean at all ranges",
     confused_with: &[
-        Confusion {
-            effect: "sound_speed",
-            condition: "All ranges are about equal",
-            separating_manoeuvre: "Measure near and far ranges",
-        },
-        Confusion { effect: "clock_drift", condition: "The log is short", separating_manoeuvre: "Record a longer log" },
+        with("sound_speed", "All ranges are about equal", "Measure near and far ranges"),
+        with("clock_drift", "The log is short", "Record a longer log"),
     ],
     hooks: Hooks { measure: Some(Measure { channels: &[SensorChannel::Range], apply }), ..Hooks::NONE },
 };

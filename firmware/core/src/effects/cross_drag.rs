@@ -3,7 +3,7 @@
 //! Y −= d26 |r| r, N −= d26 |v| v; Z −= d35 |q| q, M −= d35 |w| w. The limit at which it would create energy
 //! ([`crate::dynamics::cross_drag_limit`]) is the vehicle's own and checked with it.
 
-use super::{Confusion, EffectInfo, Enters, Hooks, ParameterInfo};
+use super::{EffectInfo, Enters, Hooks, ParameterInfo, info::with};
 use crate::dynamics::VehicleParameters;
 
 /// The catalogue's entry.
@@ -17,11 +17,7 @@ pub const INFO: EffectInfo = EffectInfo {
     equations: "Y -= d26 |r| r, N -= d26 |v| v; Z -= d35 |q| q, M -= d35 |w| w",
     signature: "In turns, yaw rate and sway differ from the model; in dives, pitch rate and heave differ. On \
                 straight lines nothing differs",
-    confused_with: &[Confusion {
-        effect: "fin_bias",
-        condition: "All turns are to one side",
-        separating_manoeuvre: "Turn to both sides",
-    }],
+    confused_with: &[with("fin_bias", "All turns are to one side", "Turn to both sides")],
     hooks: Hooks { plant: Some(plant), ..Hooks::NONE },
 };
 

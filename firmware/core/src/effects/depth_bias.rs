@@ -2,7 +2,7 @@
 //!
 //! Seen only against a known depth: an antenna of known height at the surface, or slant ranges at short distance.
 
-use super::{Confusion, EffectInfo, Enters, Hooks, Measure, Moment, ParameterInfo, SensorChannel, Slopes};
+use super::{EffectInfo, Enters, Hooks, Measure, Moment, ParameterInfo, SensorChannel, Slopes, info::with};
 
 /// The catalogue's entry.
 pub const INFO: EffectInfo = EffectInfo {
@@ -11,11 +11,11 @@ pub const INFO: EffectInfo = EffectInfo {
     enters: Enters::Measurement,
     equations: "z_m = z + m",
     signature: "At the surface the measured depth differs from the sensor's depth below the waterline",
-    confused_with: &[Confusion {
-        effect: "sound_speed",
-        condition: "All ranges are slant ranges from about one distance",
-        separating_manoeuvre: "Surface, or measure ranges at several distances",
-    }],
+    confused_with: &[with(
+        "sound_speed",
+        "All ranges are slant ranges from about one distance",
+        "Surface, or measure ranges at several distances",
+    )],
     hooks: Hooks { measure: Some(Measure { channels: &[SensorChannel::Depth], apply }), ..Hooks::NONE },
 };
 

@@ -2,7 +2,7 @@
 //!
 //! Weed or a line caught on the way and perhaps shed, a fairing lost.
 
-use super::{Confusion, EffectInfo, Enters, Hooks, ParameterInfo, is_on};
+use super::{EffectInfo, Enters, Hooks, ParameterInfo, info::with, is_on};
 use crate::dynamics::VehicleParameters;
 
 /// The catalogue's entry.
@@ -13,21 +13,17 @@ pub const INFO: EffectInfo = EffectInfo {
     equations: "X -= d u from time_s to until_s",
     signature: "Surge steps at one time, and back if it ends. At constant propeller speed it is constant in between",
     confused_with: &[
-        Confusion {
-            effect: "linear_drag",
-            condition: "The onset lies near the start or the end of the log",
-            separating_manoeuvre: "Record a longer log",
-        },
-        Confusion {
-            effect: "thrust_decay",
-            condition: "The log is short and the onset lies near its middle",
-            separating_manoeuvre: "Record a longer log at one propeller speed",
-        },
-        Confusion {
-            effect: "water_current",
-            condition: "There is no DVL, and the heading is the same since the onset",
-            separating_manoeuvre: "Fly the line back, or record DVL bottom track",
-        },
+        with("linear_drag", "The onset lies near the start or the end of the log", "Record a longer log"),
+        with(
+            "thrust_decay",
+            "The log is short and the onset lies near its middle",
+            "Record a longer log at one propeller speed",
+        ),
+        with(
+            "water_current",
+            "There is no DVL, and the heading is the same since the onset",
+            "Fly the line back, or record DVL bottom track",
+        ),
     ],
     hooks: Hooks { plant: Some(plant), ..Hooks::NONE },
 };

@@ -1,6 +1,6 @@
 //! `dvl_misalignment`: the DVL is mounted turned by yaw, then pitch: v_m = Ry(pitch)ᵀ Rz(yaw)ᵀ v.
 
-use super::{Confusion, EffectInfo, Enters, Hooks, Measure, Moment, ParameterInfo, SensorChannel, Slopes};
+use super::{EffectInfo, Enters, Hooks, Measure, Moment, ParameterInfo, SensorChannel, Slopes, info::with};
 
 /// The catalogue's entry.
 pub const INFO: EffectInfo = EffectInfo {
@@ -11,16 +11,16 @@ pub const INFO: EffectInfo = EffectInfo {
     signature: "The DVL shows sway or heave in proportion to surge, which the model does not. The \
                 dead-reckoned track is rotated against the fixes",
     confused_with: &[
-        Confusion {
-            effect: "heading_bias",
-            condition: "Dead reckoning only: a constant heading bias rotates the track in the same way",
-            separating_manoeuvre: "Turn with fins and propeller in the log: the modelled sway separates them",
-        },
-        Confusion {
-            effect: "pitch_sensor",
-            condition: "The log has no depth: a pitch bias and a pitch of the DVL look the same",
-            separating_manoeuvre: "Log the depth and dive",
-        },
+        with(
+            "heading_bias",
+            "Dead reckoning only: a constant heading bias rotates the track in the same way",
+            "Turn with fins and propeller in the log: the modelled sway separates them",
+        ),
+        with(
+            "pitch_sensor",
+            "The log has no depth: a pitch bias and a pitch of the DVL look the same",
+            "Log the depth and dive",
+        ),
     ],
     hooks: Hooks { measure: Some(Measure { channels: &[SensorChannel::Dvl], apply }), ..Hooks::NONE },
 };

@@ -3,7 +3,7 @@
 //! Sound speed at the DVL, or its geometry.
 
 use super::{
-    Confusion, EffectInfo, Enters, Hooks, Measure, Moment, ParameterInfo, SensorChannel, Slopes, hooks::diagonal,
+    EffectInfo, Enters, Hooks, Measure, Moment, ParameterInfo, SensorChannel, Slopes, hooks::diagonal, info::with,
 };
 
 /// The catalogue's entry.
@@ -15,21 +15,13 @@ pub const INFO: EffectInfo = EffectInfo {
     signature: "The dead-reckoned distance differs from the distance between fixes or ranges. DVL minus model \
                 is proportional to speed on all headings",
     confused_with: &[
-        Confusion {
-            effect: "sound_speed",
-            condition: "Ranges but no fixes: track and ranges scale together",
-            separating_manoeuvre: "Take GNSS fixes at both ends",
-        },
-        Confusion {
-            effect: "water_current",
-            condition: "All lines have one heading",
-            separating_manoeuvre: "Fly the same line in both directions",
-        },
-        Confusion {
-            effect: "thrust_loss",
-            condition: "No ranges and no fixes, at one propeller speed",
-            separating_manoeuvre: "Hold two propeller speeds for some minutes each",
-        },
+        with("sound_speed", "Ranges but no fixes: track and ranges scale together", "Take GNSS fixes at both ends"),
+        with("water_current", "All lines have one heading", "Fly the same line in both directions"),
+        with(
+            "thrust_loss",
+            "No ranges and no fixes, at one propeller speed",
+            "Hold two propeller speeds for some minutes each",
+        ),
     ],
     hooks: Hooks { measure: Some(Measure { channels: &[SensorChannel::Dvl], apply }), ..Hooks::NONE },
 };

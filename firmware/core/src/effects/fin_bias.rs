@@ -1,6 +1,6 @@
 //! `fin_bias`: one fin stands off its command by a constant angle (actual minus commanded).
 
-use super::{ActuatorMemory, Confusion, EffectInfo, Enters, Hooks, ParameterInfo, Step, fin_index};
+use super::{ActuatorMemory, EffectInfo, Enters, Hooks, ParameterInfo, Step, fin_index, info::with};
 use crate::dynamics::ActuatorInput;
 
 /// The catalogue's entry.
@@ -12,26 +12,18 @@ pub const INFO: EffectInfo = EffectInfo {
     signature: "A steady moment grows with the square of speed. The controller holds the other fins off their \
                 trim, or the vehicle rolls or turns against its rudders",
     confused_with: &[
-        Confusion {
-            effect: "fin_stuck",
-            condition: "The fin has not been commanded since the onset",
-            separating_manoeuvre: "Turn and dive, so that the fin is commanded",
-        },
-        Confusion {
-            effect: "roll_trim",
-            condition: "The log has one speed only",
-            separating_manoeuvre: "Fly at two propeller speeds",
-        },
-        Confusion {
-            effect: "pitch_trim",
-            condition: "The log has one speed only, and the fin is port or starboard",
-            separating_manoeuvre: "Fly at two propeller speeds",
-        },
-        Confusion {
-            effect: "cross_drag",
-            condition: "All turns are to one side",
-            separating_manoeuvre: "Turn to both sides",
-        },
+        with(
+            "fin_stuck",
+            "The fin has not been commanded since the onset",
+            "Turn and dive, so that the fin is commanded",
+        ),
+        with("roll_trim", "The log has one speed only", "Fly at two propeller speeds"),
+        with(
+            "pitch_trim",
+            "The log has one speed only, and the fin is port or starboard",
+            "Fly at two propeller speeds",
+        ),
+        with("cross_drag", "All turns are to one side", "Turn to both sides"),
     ],
     hooks: Hooks { input: Some(input), ..Hooks::NONE },
 };

@@ -1,6 +1,6 @@
 //! `fin_stuck`: from a time on, for good or for a while, one fin stands still whatever is commanded.
 
-use super::{ActuatorMemory, Confusion, EffectInfo, Enters, Hooks, ParameterInfo, Step, fin_index, is_on};
+use super::{ActuatorMemory, EffectInfo, Enters, Hooks, ParameterInfo, Step, fin_index, info::with, is_on};
 use crate::dynamics::ActuatorInput;
 
 /// The catalogue's entry.
@@ -16,11 +16,11 @@ pub const INFO: EffectInfo = EffectInfo {
     equations: "delta_fin = rad from time_s to until_s",
     signature: "The trim steps at one time. From then on the residual moment follows the fin's command with \
                 the opposite sign",
-    confused_with: &[Confusion {
-        effect: "fin_bias",
-        condition: "The fin has not been commanded since the onset",
-        separating_manoeuvre: "Turn and dive, so that the fin is commanded",
-    }],
+    confused_with: &[with(
+        "fin_bias",
+        "The fin has not been commanded since the onset",
+        "Turn and dive, so that the fin is commanded",
+    )],
     hooks: Hooks { input: Some(input), ..Hooks::NONE },
 };
 

@@ -3,7 +3,7 @@
 //! Hard iron makes the harmonics; a misaligned compass or a magnetic declination the constant.
 
 use super::{
-    Confusion, EffectInfo, Enters, Hooks, Measure, Moment, ParameterInfo, SensorChannel, Slopes, hooks::diagonal,
+    EffectInfo, Enters, Hooks, Measure, Moment, ParameterInfo, SensorChannel, Slopes, hooks::diagonal, info::with,
 };
 
 /// The catalogue's entry.
@@ -19,18 +19,18 @@ pub const INFO: EffectInfo = EffectInfo {
     signature: "The dead-reckoned track is rotated by an angle that depends on heading as its first harmonic. \
                 The integrated yaw rate differs from the heading change that the compass shows",
     confused_with: &[
-        Confusion {
-            effect: "water_current",
-            condition: "There is no DVL bottom track. On north-south lines the cosine part looks like an east \
+        with(
+            "water_current",
+            "There is no DVL bottom track. On north-south lines the cosine part looks like an east \
                         current and the sine part like a north current",
-            separating_manoeuvre: "Fly lines across the first ones, record DVL bottom track, or fly a surfaced \
+            "Fly lines across the first ones, record DVL bottom track, or fly a surfaced \
                                    leg with GNSS on each heading",
-        },
-        Confusion {
-            effect: "dvl_misalignment",
-            condition: "Dead reckoning only: a constant bias rotates the track as a DVL turned in yaw does",
-            separating_manoeuvre: "Turn with fins and propeller in the log: the modelled sway separates them",
-        },
+        ),
+        with(
+            "dvl_misalignment",
+            "Dead reckoning only: a constant bias rotates the track as a DVL turned in yaw does",
+            "Turn with fins and propeller in the log: the modelled sway separates them",
+        ),
     ],
     hooks: Hooks { measure: Some(Measure { channels: &[SensorChannel::Attitude], apply }), ..Hooks::NONE },
 };

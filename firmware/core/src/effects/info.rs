@@ -83,6 +83,15 @@ pub struct Confusion {
     pub separating_manoeuvre: &'static str,
 }
 
+/// Not separable from `effect` under a condition, and what separates the two.
+pub(super) const fn with(
+    effect: &'static str,
+    condition: &'static str,
+    separating_manoeuvre: &'static str,
+) -> Confusion {
+    Confusion { effect, condition, separating_manoeuvre }
+}
+
 impl EffectInfo {
     /// Whether every value is finite and plausible; in the order of `parameters`.
     #[must_use]

@@ -2,7 +2,7 @@
 //!
 //! A fouled hull, an added instrument. Serves as the filter's drag factor: its state is `surge_ns_per_m`.
 
-use super::{Confusion, EffectInfo, Enters, Hooks, Motion, ParameterInfo};
+use super::{EffectInfo, Enters, Hooks, Motion, ParameterInfo, info::with};
 use crate::dynamics::VehicleParameters;
 use nalgebra::Vector6;
 
@@ -14,26 +14,14 @@ pub const INFO: EffectInfo = EffectInfo {
     equations: "X -= d u",
     signature: "Surge is below the model. The missing force is proportional to speed, from the start of the log",
     confused_with: &[
-        Confusion {
-            effect: "thrust_loss",
-            condition: "The log has one propeller speed only",
-            separating_manoeuvre: "Hold two propeller speeds for some minutes each",
-        },
-        Confusion {
-            effect: "drag_change",
-            condition: "The whole log lies after the onset",
-            separating_manoeuvre: "Compare with a log from before the onset",
-        },
-        Confusion {
-            effect: "thrust_decay",
-            condition: "The log is too short for a decay to show",
-            separating_manoeuvre: "Record a longer log at one propeller speed",
-        },
-        Confusion {
-            effect: "water_current",
-            condition: "There is no DVL, and all lines have one heading",
-            separating_manoeuvre: "Fly the same line in both directions, or record DVL bottom track",
-        },
+        with("thrust_loss", "The log has one propeller speed only", "Hold two propeller speeds for some minutes each"),
+        with("drag_change", "The whole log lies after the onset", "Compare with a log from before the onset"),
+        with("thrust_decay", "The log is too short for a decay to show", "Record a longer log at one propeller speed"),
+        with(
+            "water_current",
+            "There is no DVL, and all lines have one heading",
+            "Fly the same line in both directions, or record DVL bottom track",
+        ),
     ],
     hooks: Hooks { plant: Some(plant), wrench_by: Some(wrench_by), ..Hooks::NONE },
 };

@@ -4,7 +4,7 @@
 //! file, which board, simulator and tools apply; it needs no second home. The others belong to models of whole logs
 //! (`host-tools/diagnose`, module `log_models`), which have their equations. Neither costs the board a byte or a cycle.
 
-use super::{Confusion, EffectInfo, Enters, Hooks, ParameterInfo, ParameterKind};
+use super::{Confusion, EffectInfo, Enters, Hooks, ParameterInfo, ParameterKind, info::with};
 
 const fn entry(
     name: &'static str,
@@ -15,10 +15,6 @@ const fn entry(
     confused_with: &'static [Confusion],
 ) -> EffectInfo {
     EffectInfo { name, parameters, enters, equations, signature, confused_with, hooks: Hooks::NONE }
-}
-
-const fn with(effect: &'static str, condition: &'static str, separating_manoeuvre: &'static str) -> Confusion {
-    Confusion { effect, condition, separating_manoeuvre }
 }
 
 /// Three coordinates of a lever arm, true place minus declared place in body axes; a ship has long ones.

@@ -1,7 +1,7 @@
 //! `pitch_sensor`: measured pitch = (1 + scale) pitch + bias.
 
 use super::{
-    Confusion, EffectInfo, Enters, Hooks, Measure, Moment, ParameterInfo, SensorChannel, Slopes, hooks::diagonal,
+    EffectInfo, Enters, Hooks, Measure, Moment, ParameterInfo, SensorChannel, Slopes, hooks::diagonal, info::with,
 };
 
 /// The catalogue's entry.
@@ -13,16 +13,12 @@ pub const INFO: EffectInfo = EffectInfo {
     signature: "The measured pitch disagrees with depth rate over speed: by a constant (bias), or in \
                 proportion to pitch (scale)",
     confused_with: &[
-        Confusion {
-            effect: "pitch_trim",
-            condition: "The log has straight and level flight only",
-            separating_manoeuvre: "Dive",
-        },
-        Confusion {
-            effect: "dvl_misalignment",
-            condition: "The log has no depth: a pitch bias and a pitch of the DVL look the same",
-            separating_manoeuvre: "Log the depth and dive",
-        },
+        with("pitch_trim", "The log has straight and level flight only", "Dive"),
+        with(
+            "dvl_misalignment",
+            "The log has no depth: a pitch bias and a pitch of the DVL look the same",
+            "Log the depth and dive",
+        ),
     ],
     hooks: Hooks { measure: Some(Measure { channels: &[SensorChannel::Attitude], apply }), ..Hooks::NONE },
 };

@@ -2,7 +2,7 @@
 //!
 //! The angle is atan(b_x / b_z), b from the centre of buoyancy to the centre of gravity, beyond what is declared.
 
-use super::{Confusion, EffectInfo, Enters, Hooks, Motion, ParameterInfo};
+use super::{EffectInfo, Enters, Hooks, Motion, ParameterInfo, info::with};
 use crate::dynamics::VehicleParameters;
 use nalgebra::Vector6;
 
@@ -14,21 +14,17 @@ pub const INFO: EffectInfo = EffectInfo {
     equations: "b_x = b_z tan(atan2(b_x, b_z) + rad)",
     signature: "A steady pitch moment: the pitch or the elevator is off by an angle that falls with speed",
     confused_with: &[
-        Confusion {
-            effect: "pitch_sensor",
-            condition: "Straight and level flight only: a bias of the pitch sensor looks the same",
-            separating_manoeuvre: "Dive: a bias of the sensor changes neither depth rate nor elevator",
-        },
-        Confusion {
-            effect: "fin_bias",
-            condition: "The log has one speed only, and the fin is port or starboard",
-            separating_manoeuvre: "Fly at two propeller speeds",
-        },
-        Confusion {
-            effect: "buoyancy_offset",
-            condition: "The log has one speed only",
-            separating_manoeuvre: "Fly at two propeller speeds, or drift for a minute with the propeller stopped",
-        },
+        with(
+            "pitch_sensor",
+            "Straight and level flight only: a bias of the pitch sensor looks the same",
+            "Dive: a bias of the sensor changes neither depth rate nor elevator",
+        ),
+        with("fin_bias", "The log has one speed only, and the fin is port or starboard", "Fly at two propeller speeds"),
+        with(
+            "buoyancy_offset",
+            "The log has one speed only",
+            "Fly at two propeller speeds, or drift for a minute with the propeller stopped",
+        ),
     ],
     hooks: Hooks { plant: Some(plant), wrench_by: Some(wrench_by), ..Hooks::NONE },
 };

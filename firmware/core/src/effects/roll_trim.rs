@@ -2,7 +2,7 @@
 //!
 //! The angle is atan(b_y / b_z), b from the centre of buoyancy to the centre of gravity, beyond what is declared.
 
-use super::{Confusion, EffectInfo, Enters, Hooks, ParameterInfo};
+use super::{EffectInfo, Enters, Hooks, ParameterInfo, info::with};
 use crate::dynamics::VehicleParameters;
 
 /// The catalogue's entry.
@@ -12,12 +12,12 @@ pub const INFO: EffectInfo = EffectInfo {
     enters: Enters::Process,
     equations: "b_y = b_z tan(atan2(b_y, b_z) + rad)",
     signature: "A steady roll angle that falls only a little with speed",
-    confused_with: &[Confusion {
-        effect: "fin_bias",
-        condition: "The log has one speed only",
-        separating_manoeuvre: "Fly at two propeller speeds: the moment of a fin grows with the square of \
+    confused_with: &[with(
+        "fin_bias",
+        "The log has one speed only",
+        "Fly at two propeller speeds: the moment of a fin grows with the square of \
                                speed, that of the trim does not",
-    }],
+    )],
     hooks: Hooks { plant: Some(plant), ..Hooks::NONE },
 };
 

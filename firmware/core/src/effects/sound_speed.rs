@@ -3,7 +3,7 @@
 //! A Doppler changes in the same ratio, by less than its noise; it is left alone.
 
 use super::{
-    Confusion, EffectInfo, Enters, Hooks, Measure, Moment, ParameterInfo, SensorChannel, Slopes, hooks::diagonal,
+    EffectInfo, Enters, Hooks, Measure, Moment, ParameterInfo, SensorChannel, Slopes, hooks::diagonal, info::with,
 };
 
 /// The catalogue's entry.
@@ -14,21 +14,13 @@ pub const INFO: EffectInfo = EffectInfo {
     equations: "r_m = (1 + ratio) r",
     signature: "Range innovations are proportional to range",
     confused_with: &[
-        Confusion {
-            effect: "clock_offset",
-            condition: "All ranges are about equal",
-            separating_manoeuvre: "Measure near and far ranges",
-        },
-        Confusion {
-            effect: "dvl_scale",
-            condition: "Ranges but no fixes: track and ranges scale together",
-            separating_manoeuvre: "Take GNSS fixes at both ends",
-        },
-        Confusion {
-            effect: "depth_bias",
-            condition: "All ranges are slant ranges from about one distance",
-            separating_manoeuvre: "Measure ranges at several distances",
-        },
+        with("clock_offset", "All ranges are about equal", "Measure near and far ranges"),
+        with("dvl_scale", "Ranges but no fixes: track and ranges scale together", "Take GNSS fixes at both ends"),
+        with(
+            "depth_bias",
+            "All ranges are slant ranges from about one distance",
+            "Measure ranges at several distances",
+        ),
     ],
     hooks: Hooks {
         measure: Some(Measure {

@@ -2,7 +2,7 @@
 //!
 //! A battery that runs down under an open-loop motor controller.
 
-use super::{ActuatorMemory, Confusion, EffectInfo, Enters, Hooks, ParameterInfo, Step};
+use super::{ActuatorMemory, EffectInfo, Enters, Hooks, ParameterInfo, Step, info::with};
 use crate::dynamics::ActuatorInput;
 
 /// The catalogue's entry.
@@ -13,21 +13,9 @@ pub const INFO: EffectInfo = EffectInfo {
     equations: "omega = (1 - rate t) omega_c",
     signature: "Surge falls behind the model steadily with time",
     confused_with: &[
-        Confusion {
-            effect: "drag_change",
-            condition: "The log is short",
-            separating_manoeuvre: "Record a longer log at one propeller speed",
-        },
-        Confusion {
-            effect: "linear_drag",
-            condition: "The log is short",
-            separating_manoeuvre: "Record a longer log at one propeller speed",
-        },
-        Confusion {
-            effect: "thrust_loss",
-            condition: "The log is short",
-            separating_manoeuvre: "Record a longer log at one propeller speed",
-        },
+        with("drag_change", "The log is short", "Record a longer log at one propeller speed"),
+        with("linear_drag", "The log is short", "Record a longer log at one propeller speed"),
+        with("thrust_loss", "The log is short", "Record a longer log at one propeller speed"),
     ],
     hooks: Hooks { input: Some(input), ..Hooks::NONE },
 };

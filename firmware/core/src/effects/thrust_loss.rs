@@ -2,7 +2,7 @@
 //!
 //! Serves as the filter's thrust factor: its state is `k_n_s2_per_rad_m`.
 
-use super::{Confusion, EffectInfo, Enters, Hooks, Motion, ParameterInfo};
+use super::{EffectInfo, Enters, Hooks, Motion, ParameterInfo, info::with};
 use crate::dynamics::VehicleParameters;
 use nalgebra::Vector6;
 
@@ -14,26 +14,18 @@ pub const INFO: EffectInfo = EffectInfo {
     equations: "X -= k omega u",
     signature: "Surge is below the model. The missing force is proportional to propeller speed times surge",
     confused_with: &[
-        Confusion {
-            effect: "linear_drag",
-            condition: "The log has one propeller speed only",
-            separating_manoeuvre: "Hold two propeller speeds for some minutes each",
-        },
-        Confusion {
-            effect: "thrust_decay",
-            condition: "The log is too short for a decay to show",
-            separating_manoeuvre: "Record a longer log at one propeller speed",
-        },
-        Confusion {
-            effect: "water_current",
-            condition: "There is no DVL, and all lines have one heading",
-            separating_manoeuvre: "Fly the same line in both directions, or record DVL bottom track",
-        },
-        Confusion {
-            effect: "dvl_scale",
-            condition: "A DVL but no ranges and no fixes, at one propeller speed",
-            separating_manoeuvre: "Hold two propeller speeds for some minutes each",
-        },
+        with("linear_drag", "The log has one propeller speed only", "Hold two propeller speeds for some minutes each"),
+        with("thrust_decay", "The log is too short for a decay to show", "Record a longer log at one propeller speed"),
+        with(
+            "water_current",
+            "There is no DVL, and all lines have one heading",
+            "Fly the same line in both directions, or record DVL bottom track",
+        ),
+        with(
+            "dvl_scale",
+            "A DVL but no ranges and no fixes, at one propeller speed",
+            "Hold two propeller speeds for some minutes each",
+        ),
     ],
     hooks: Hooks { plant: Some(plant), wrench_by: Some(wrench_by), ..Hooks::NONE },
 };

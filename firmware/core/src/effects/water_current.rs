@@ -3,7 +3,7 @@
 //! The vehicle's body velocity ν is relative to the water, so that its dynamics do not notice (see
 //! [`crate::dynamics`]); position, bottom track and range rate do.
 
-use super::{Confusion, EffectInfo, Enters, Hooks, ParameterInfo};
+use super::{EffectInfo, Enters, Hooks, ParameterInfo, info::with};
 
 /// The catalogue's entry.
 pub const INFO: EffectInfo = EffectInfo {
@@ -14,23 +14,23 @@ pub const INFO: EffectInfo = EffectInfo {
     signature: "Position, range and range-rate innovations drift by one constant NED velocity on all headings. \
                 DVL bottom track minus modelled velocity is that velocity in body axes",
     confused_with: &[
-        Confusion {
-            effect: "heading_bias",
-            condition: "There is no DVL bottom track. On north-south lines the cosine part of a heading bias \
+        with(
+            "heading_bias",
+            "There is no DVL bottom track. On north-south lines the cosine part of a heading bias \
                         looks like an east current, its sine part like a north current",
-            separating_manoeuvre: "Fly lines across the first ones (a box instead of a lawnmower), record DVL \
+            "Fly lines across the first ones (a box instead of a lawnmower), record DVL \
                                    bottom track, or fly a surfaced leg with GNSS on each heading",
-        },
-        Confusion {
-            effect: "dvl_scale",
-            condition: "All lines have one heading: a current along the line looks like a speed scale",
-            separating_manoeuvre: "Fly the same line in both directions",
-        },
-        Confusion {
-            effect: "thrust_loss",
-            condition: "There is no DVL, and all lines have one heading: both slow the vehicle along the line",
-            separating_manoeuvre: "Fly the same line in both directions, or at a second propeller speed",
-        },
+        ),
+        with(
+            "dvl_scale",
+            "All lines have one heading: a current along the line looks like a speed scale",
+            "Fly the same line in both directions",
+        ),
+        with(
+            "thrust_loss",
+            "There is no DVL, and all lines have one heading: both slow the vehicle along the line",
+            "Fly the same line in both directions, or at a second propeller speed",
+        ),
     ],
     hooks: Hooks { water: Some(water), ..Hooks::NONE },
 };

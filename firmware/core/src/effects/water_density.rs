@@ -3,7 +3,7 @@
 //! Buoyancy, drag, fins, thrust and the added mass of translation (for the Munk moment it makes) are proportional to
 //! it; the added inertia of rotation, by which transients change by less than a percent, is left as declared.
 
-use super::{Confusion, EffectInfo, Enters, Hooks, ParameterInfo};
+use super::{EffectInfo, Enters, Hooks, ParameterInfo, info::with};
 use crate::dynamics::VehicleParameters;
 
 /// The catalogue's entry.
@@ -14,11 +14,7 @@ pub const INFO: EffectInfo = EffectInfo {
     equations: "rho += offset; rho V, D, M_A, beta5 and k in proportion",
     signature: "As buoyancy_offset. Thrust and drag change alike, so that the speed at a given propeller speed \
                 stays",
-    confused_with: &[Confusion {
-        effect: "buoyancy_offset",
-        condition: "The log has no water density",
-        separating_manoeuvre: "Log the water density (CTD)",
-    }],
+    confused_with: &[with("buoyancy_offset", "The log has no water density", "Log the water density (CTD)")],
     hooks: Hooks { plant: Some(plant), ..Hooks::NONE },
 };
 

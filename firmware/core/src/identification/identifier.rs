@@ -1,7 +1,9 @@
 //! The identifier that runs beside the filter: one call a sample.
 
 use super::aid::{AidState, Instant, heun, interval, model_acceleration, rates};
-use super::config::{ConfigError, IdentificationConfig};
+use super::config::{
+    ALPHA_PER_S, AVERAGE_S, ConfigError, EXCITATION_FLOOR, GAMMA_PER_S2, GAMMA_TIME_S, IdentificationConfig, PERIOD_S,
+};
 use super::drift::DriftMonitor;
 use super::excitation::{Excitation, ExcitationMonitor, UNKNOWN};
 use super::filter::{Measured, PreFilter};
@@ -120,7 +122,7 @@ impl Identifier {
         let reach = Theta::from_fn(|j, _| bounds.reach(j));
         self.config = *config;
         self.filter.restart();
-        self.excitation.configure(&prior.m_diag, &config.excitation_floor, &reach, 0.5 * config.average_s);
+        self.excitation.configure(&prior.m_diag, &EXCITATION_FLOOR, &reach, 0.5 * AVERAGE_S);
         let [u, v, w, p, q, r] = config.velocity_noise;
         let roll_pitch = config.roll_pitch_noise_rad;
         self.sigma = [u, v, w, p, q, r, roll_pitch, roll_pitch].map(|sigma| sigma * PreFilter::noise_gain());
@@ -166,7 +168,7 @@ impl Identifier {
                 report.outcome = SampleOutcome::OutOfOrder;
                 return report;
             };
-            let periods = elapsed_us as f64 * 1.0e-6 / self.config.period_s;
+            let periods = elapsed_us as f64 * 1.0e-6 / PERIOD_S;
             if !(0.5..1.5).contains(&periods) {
                 self.filter.restart();
                 self.previous = None;
@@ -186,7 +188,7 @@ impl Identifier {
         let ends = [&then, &filtered].map(|end| (&end.velocity, &end.down));
         let [then, now] = interval(model, &self.state.theta, ends, &filtered.input, dt);
 
-        let first = rates(&self.state, self.config.alpha_per_s, &then);
+        let first = rates(&self.state, ALPHA_PER_S, &then);
         regressor(&first.model_acceleration, &then.velocity, &then.down, &then.actuators, &mut self.y);
         let size = self.sigma.get(self.direction).copied().unwrap_or(0.0);
         let (velocity, down) = disturbed(&then, self.direction, size);
@@ -207,7 +209,7 @@ impl Identifier {
             self.gains.fill(0.0);
         }
 
-        let mut next = heun(&self.state, &first, &self.gains, self.config.alpha_per_s, &now, dt);
+        let mut next = heun(&self.state, &first, &self.gains, ALPHA_PER_S, &now, dt);
         report.projected = bounds.project(&mut next.theta);
         if !next.velocity.iter().chain(next.theta.iter()).all(|value| value.is_finite()) {
             self.previous = None;
@@ -228,14 +230,14 @@ impl Identifier {
 
     /// γ of now: falls with the time of adaptation.
     fn gamma(&self) -> f64 {
-        let [start, end] = self.config.gamma_per_s2;
-        end + (start - end) * libm::exp(-self.adapted_s / self.config.gamma_time_s)
+        let [start, end] = GAMMA_PER_S2;
+        end + (start - end) * libm::exp(-self.adapted_s / GAMMA_TIME_S)
     }
 
     /// Exponential mean of θ̂. It averages noise as a window twice its time constant does, hence the halves; the time
     /// constant grows with the time of adaptation, so that the first estimates are forgotten.
     fn average(&mut self, dt: f64) {
-        let time_constant = 0.5 * self.adapted_s.min(self.config.average_s);
+        let time_constant = 0.5 * self.adapted_s.min(AVERAGE_S);
         let weight = (dt / time_constant).min(1.0);
         for j in 0..PARAMETERS {
             if self.gains[j] > 0.0 {

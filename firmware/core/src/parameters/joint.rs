@@ -1,7 +1,7 @@
 //! Conditions on several parameters together.
 
 use super::row::check_with;
-use super::{Declaration, Learnt, ParameterError, VEHICLE, VehicleParameters};
+use super::{Declaration, Learnt, ParameterError, VehicleParameters};
 #[cfg(not(target_os = "none"))]
 use core::fmt;
 
@@ -199,7 +199,7 @@ impl VehicleParameters {
     }
 
     fn validate_from(&self, min: impl Fn(&Declaration) -> f64) -> Result<(), ParameterError> {
-        check_with(VEHICLE, self, min)?;
+        check_with(Self::ROWS, self, min)?;
         let d = &self.quadratic_diag;
         for (key, value, max) in
             [("drag.d26", self.d26, cross_drag_limit(d[1], d[5])), ("drag.d35", self.d35, cross_drag_limit(d[2], d[4]))]

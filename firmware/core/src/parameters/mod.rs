@@ -7,8 +7,8 @@
 //! ([`crate::navigation::NavigationConfig::ROWS`]), the controller ([`crate::control::ControlConfig::ROWS`]) and the
 //! app (its protocols and ports). The effects have a catalogue of their own ([`crate::effects`]).
 //!
-//! To add a parameter: a field and its default, and a row. To add a section: its struct, its rows, its name in
-//! `SECTIONS`, and its place in the app's list.
+//! To add a parameter: an entry of its struct's `declared`. To add a section: its struct, its name in `SECTIONS`, and its
+//! place in the app's list.
 
 mod defaults;
 mod installation;
@@ -18,7 +18,7 @@ mod noise;
 mod priors;
 mod row;
 mod safety;
-mod table;
+mod sections;
 mod vehicle;
 
 pub use installation::Installation;
@@ -28,7 +28,6 @@ pub use noise::{ProcessNoise, SensorNoise};
 pub use priors::Priors;
 pub use row::{Declaration, Kind, ParameterError, Row, Shape, UnderWay, check, count};
 pub use safety::SafetyLimits;
-pub use table::{INSTALLATION, NOISE, PRIOR, SAFETY, SENSORS, VEHICLE};
 #[cfg(not(target_os = "none"))]
-pub use table::{Presence, SECTIONS, Section};
+pub use sections::{Presence, SECTIONS, Section};
 pub use vehicle::{FINS, FinGeometry, VehicleParameters};

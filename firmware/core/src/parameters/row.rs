@@ -256,6 +256,8 @@ macro_rules! row {
             set: $set,
         }
     };
+    // from `declared`
+    ([$($row:tt)+] $($rest:tt)+) => { $crate::row!($($row)+, $($rest)+) };
     (live $($rest:tt)+) => { $crate::row!(@ Free $($rest)+) };
     (at_most $($rest:tt)+) => { $crate::row!(@ Lower $($rest)+) };
     (at_least $($rest:tt)+) => { $crate::row!(@ Higher $($rest)+) };

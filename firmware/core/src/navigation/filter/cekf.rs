@@ -18,8 +18,8 @@ use crate::navigation::interface::initial::{InitialShip, InitialState};
 use crate::navigation::interface::measurement::Sensor;
 use crate::navigation::trust::innovation_monitor::InnovationMonitor;
 use crate::navigation::trust::peers::Peers;
+use crate::parameters;
 use crate::parameters::ProcessNoise;
-use crate::parameters::{self, NOISE};
 use crate::state::{VehicleState, Y};
 
 /// The centralized extended Kalman filter. Some 18 kB: lives in a static, never passed by value; a host may copy it.
@@ -139,7 +139,7 @@ impl Filter {
     /// # Errors
     /// A value out of range.
     pub fn set_process_model(&mut self, model: ProcessModel, noise: &ProcessNoise) -> Result<(), ConfigError> {
-        parameters::check(NOISE, noise)?;
+        parameters::check(ProcessNoise::ROWS, noise)?;
         self.config.process_model = model;
         self.config.process_noise = *noise;
         Ok(())

@@ -3,9 +3,7 @@
 use super::effect_states::EffectStates;
 use super::error::ConfigError;
 use crate::effects::{EffectError, EffectSet};
-use crate::parameters::{INSTALLATION, Installation, NOISE, ParameterError, Row, SENSORS, check};
-use crate::parameters::{Priors, ProcessNoise, SensorNoise};
-use crate::row;
+use crate::parameters::{Installation, ParameterError, Priors, ProcessNoise, SensorNoise, check};
 
 /// How the vehicle's velocity evolves between measurements.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -67,84 +65,50 @@ pub struct ShipNoise {
     pub angular_radps2_per_sqrt_hz: f64,
 }
 
-/// Everything that the filter is configured with.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct NavigationConfig {
-    /// Kinematic or dynamic.
-    pub process_model: ProcessModel,
-    /// Process noise that belongs to `process_model`.
-    pub process_noise: ProcessNoise,
-    /// Factors on the roots of `process_noise` along u, v, w, p, q, r; 1 but for the robust filter.
-    pub noise_factor: [f64; 6],
-    /// Process noise near the surface, if it differs there.
-    pub surface: Option<SurfaceNoise>,
-    /// Process noise of the ship.
-    pub ship_noise: ShipNoise,
-    /// Sensor noise.
-    pub sensors: SensorNoise,
-    /// Effects that are present; those that are states start from here.
-    pub effects: EffectSet,
-    /// Effects that are estimated.
-    pub effect_states: EffectStates,
-    /// Sound speed by which travel times became ranges, m/s: scales clock errors.
-    pub sound_speed_mps: f64,
-    /// Depth of the ship's transducer, m.
-    pub ship_transducer_depth_m: f64,
-    /// A scalar innovation beyond this many of its own sigmas is rejected.
-    pub gate_sigma: f64,
-    /// Number of measurements of one sensor in a row, beyond three fifths of the gate, that make it suspect.
-    pub exceedances: u32,
-    /// (σx² + σy²)/r over the noise of a range from which on the range is taken to second order; 1e6: always to first,
-    /// as in the thesis.
-    pub range_curvature: f64,
-    /// √(σx² + σy²) beyond which range rates are not used, m; 1e6: always used, as in the thesis.
-    pub range_rate_within_m: f64,
-    /// Priors of the states that [`Self::make_robust`] adds.
-    pub priors: Priors,
-    /// The current changes, and a filter with a steady one and the nominal filter run beside this one; the three are
-    /// weighed by their ranges.
-    pub bank: bool,
+crate::declared! {
+    /// Everything that the filter is configured with.
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    pub struct NavigationConfig;
+    /// The reference vehicle without a DVL on its dynamic model.
+    const REFERENCE, with {
+        /// Process noise that belongs to `process_model`.
+        process_noise: ProcessNoise = ProcessNoise::DYNAMIC,
+        /// Factors on the roots of `process_noise` along u, v, w, p, q, r; 1 but for the robust filter.
+        noise_factor: [f64; 6] = [1.0; 6],
+        /// Process noise near the surface, if it differs there.
+        surface: Option<SurfaceNoise> = Some(SurfaceNoise::DYNAMIC),
+        /// Process noise of the ship.
+        ship_noise: ShipNoise = ShipNoise { linear_mps2_per_sqrt_hz: 2.0e-2, angular_radps2_per_sqrt_hz: 1.0e-3 },
+        /// Sensor noise.
+        sensors: SensorNoise = SensorNoise::DEFAULT,
+        /// Effects that are present; those that are states start from here.
+        effects: EffectSet = EffectSet::NONE,
+        /// Effects that are estimated.
+        effect_states: EffectStates = EffectStates::NONE,
+        /// Sound speed by which travel times became ranges, m/s: scales clock errors.
+        sound_speed_mps: f64 = Installation::DEFAULT.sound_speed_mps,
+        /// Depth of the ship's transducer, m.
+        ship_transducer_depth_m: f64 = Installation::DEFAULT.ship_transducer_depth_m,
+        /// (σx² + σy²)/r over the noise of a range from which on the range is taken to second order; 1e6: always to first,
+        /// as in the thesis.
+        range_curvature: f64 = 0.05,
+        /// √(σx² + σy²) beyond which range rates are not used, m; 1e6: always used, as in the thesis.
+        range_rate_within_m: f64 = 50.0,
+        /// Priors of the states that [`Self::make_robust`] adds.
+        priors: Priors = Priors::DEFAULT,
+        /// The current changes, and a filter with a steady one and the nominal filter run beside this one; the three are
+        /// weighed by their ranges.
+        bank: bool = false,
+    };
+    /// Its rows of the table of parameters that are no part of another section.
+    const ROWS {
+        [choice "app.process_model"] "Process model of the filter: 0 dynamic, 1 kinematic." process_model: ProcessModel = ProcessModel::Dynamic; [ProcessModel::Dynamic, ProcessModel::Kinematic],
+        [real "app.gate_sigma", "", "1", [1.0, LARGEST_GATE_SIGMA]] "Innovations beyond this many standard deviations are rejected." gate_sigma: f64 = 5.0,
+        [whole "app.rejections_in_a_row", "", "1", [1.0, 1000.0]] "Number of measurements of one sensor in a row, beyond three fifths of the gate, that make it suspect." exceedances: u32 = 3,
+    }
 }
 
 impl NavigationConfig {
-    /// The reference vehicle without a DVL on its dynamic model.
-    pub const REFERENCE: Self = Self {
-        process_model: ProcessModel::Dynamic,
-        process_noise: ProcessNoise::DYNAMIC,
-        noise_factor: [1.0; 6],
-        surface: Some(SurfaceNoise::DYNAMIC),
-        ship_noise: ShipNoise { linear_mps2_per_sqrt_hz: 2.0e-2, angular_radps2_per_sqrt_hz: 1.0e-3 },
-        sensors: SensorNoise {
-            depth_m: 0.06,
-            attitude_rad: 0.017_453_292_519_943_295,
-            heading_rad: 0.0,
-            rates_radps: 0.008_726_646_259_971_648,
-            dvl_mps: 0.01,
-            range_m: 1.0,
-            range_rate_mps: 0.1,
-            gnss_m: 1.5,
-            ship_gnss_m: 0.5,
-        },
-        effects: EffectSet::NONE,
-        effect_states: EffectStates::NONE,
-        sound_speed_mps: Installation::DEFAULT.sound_speed_mps,
-        ship_transducer_depth_m: Installation::DEFAULT.ship_transducer_depth_m,
-        gate_sigma: 5.0,
-        exceedances: 3,
-        range_curvature: 0.05,
-        range_rate_within_m: 50.0,
-        priors: Priors::DEFAULT,
-        bank: false,
-    };
-
-    /// Its rows of the table of parameters that are no part of another section.
-    #[rustfmt::skip] // a row a line, to be read as a table
-    pub const ROWS: &[Row<Self>] = &[
-        row!(choice "app.process_model", "Process model of the filter: 0 dynamic, 1 kinematic.", process_model, [ProcessModel::Dynamic, ProcessModel::Kinematic]),
-        row!(real "app.gate_sigma", "", "1", [1.0, LARGEST_GATE_SIGMA], "Innovations beyond this many standard deviations are rejected.", gate_sigma),
-        row!(whole "app.rejections_in_a_row", "", "1", [1.0, 1000.0], "Number of measurements of one sensor in a row, beyond three fifths of the gate, that make it suspect.", exceedances),
-    ];
-
     /// All zero: of a filter that is not configured, and whose static takes no flash.
     pub(crate) const BLANK: Self = Self {
         process_model: ProcessModel::Kinematic,
@@ -216,12 +180,12 @@ impl NavigationConfig {
     pub fn validate(&self) -> Result<(), ConfigError> {
         let Self { sound_speed_mps, ship_transducer_depth_m, ship_noise: ship, .. } = *self;
         check(Self::ROWS, self)?;
-        check(SENSORS, &self.sensors)?;
-        check(INSTALLATION, &Installation { sound_speed_mps, ship_transducer_depth_m, ..Installation::DEFAULT })?;
-        check(NOISE, &self.process_noise)?;
+        check(SensorNoise::ROWS, &self.sensors)?;
+        check(Installation::ROWS, &Installation { sound_speed_mps, ship_transducer_depth_m, ..Installation::DEFAULT })?;
+        check(ProcessNoise::ROWS, &self.process_noise)?;
         if let Some(surface) = &self.surface {
             in_range("surface.depth_m", surface.depth_m, 0.0)?;
-            check(NOISE, &surface.noise)?;
+            check(ProcessNoise::ROWS, &surface.noise)?;
         }
         for factor in self.noise_factor {
             in_range("noise_factor", factor, f64::MIN_POSITIVE)?;

@@ -194,9 +194,8 @@ fn unusable_settings_are_named() {
     let refuse = |config: IdentificationConfig, vehicle: &VehicleParameters| {
         Identifier::new().configure(&config, vehicle).expect_err("unusable")
     };
-    assert_eq!(refuse(IdentificationConfig { alpha_per_s: 9.0, ..CONFIG }, &VEHICLE), ConfigError::Alpha);
-    assert_eq!(refuse(IdentificationConfig { gamma_per_s2: [0.1, 0.2], ..CONFIG }, &VEHICLE), ConfigError::Gamma);
-    assert_eq!(refuse(IdentificationConfig { period_s: f64::NAN, ..CONFIG }, &VEHICLE), ConfigError::Period);
+    let noise = f64::NAN;
+    assert_eq!(refuse(IdentificationConfig { roll_pitch_noise_rad: noise, ..CONFIG }, &VEHICLE), ConfigError::Noise);
     assert_eq!(refuse(IdentificationConfig { box_ratio: [1.5, 3.0], ..CONFIG }, &VEHICLE), ConfigError::Box);
     let upside_down = VehicleParameters { b_cb_to_cg_m: [0.0, 0.0, -0.01], ..VEHICLE };
     assert_eq!(refuse(CONFIG, &upside_down), ConfigError::Unstable);
