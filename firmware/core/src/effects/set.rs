@@ -1,6 +1,6 @@
 //! Which effects are present, and how large they are.
 
-use super::{CATALOGUE, EffectInfo, ParameterInfo, info::with};
+use super::{CATALOGUE, EffectInfo, ParameterInfo};
 use core::fmt;
 
 /// Number of parameters of the whole catalogue.
