@@ -260,11 +260,7 @@ fn navigation(navigator: &mut Navigator) {
     }
     opaque((navigator.state_at(opaque(0)), navigator.covariance(opaque(0), opaque(0)), navigator.digest()));
     opaque((navigator.main().is_suspect(opaque(Sensor::Depth)), navigator.main().recoveries(opaque(Sensor::Depth))));
-    opaque((
-        navigator.main().ship_state(),
-        navigator.main().ship_position_covariance(),
-        navigator.main().current_sigma(),
-    ));
+    opaque((navigator.main().ship_state(), navigator.main().current_sigma()));
     opaque((navigator.failure(), navigator.horizontal_sigma_m(), navigator.current(), navigator.variance(opaque(0))));
     let mut block = SMatrix::<f64, 12, 12>::zeros();
     navigator.vehicle_covariance(&mut block);

@@ -98,12 +98,6 @@ impl EffectInfo {
     pub fn is_plausible(&self, values: &[f64]) -> bool {
         values.len() == self.parameters.len() && self.parameters.iter().zip(values).all(|(p, value)| p.admits(*value))
     }
-
-    /// Place of the parameter of that name.
-    #[must_use]
-    pub fn parameter(&self, name: &str) -> Option<usize> {
-        self.parameters.iter().position(|parameter| parameter.name == name)
-    }
 }
 
 impl ParameterInfo {

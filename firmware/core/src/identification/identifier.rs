@@ -252,12 +252,6 @@ impl Identifier {
         self.model.as_ref().map(|_| self.average)
     }
 
-    /// The prior as a model: what θ does not hold (geometry, displacement, …) is its own.
-    #[must_use]
-    pub fn model(&self) -> Option<&VehicleModel> {
-        self.model.as_ref()
-    }
-
     /// The estimate as a vehicle; see [`with_theta`] for mass and displacement.
     #[must_use]
     pub fn parameters(&self) -> Option<VehicleParameters> {

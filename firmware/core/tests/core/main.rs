@@ -6,3 +6,4 @@ mod identification;
 mod navigation;
 #[path = "../../../tests/random.rs"]
 mod random;
+mod shared;

@@ -279,12 +279,6 @@ impl FaultMonitor {
         weights
     }
 
-    /// Gains of the short memory in units of their quiet means.
-    #[must_use]
-    pub fn scores(&self) -> [f64; FaultCause::COUNT] {
-        core::array::from_fn(|cause| self.recent.gain(cause)[0] / self.quiet[cause].max(1.0))
-    }
-
     fn judge(&mut self, time_us: u64, dt: f64) {
         if matches!(self.state, FaultState::Learning | FaultState::Quiet) {
             let learnt_s = self.observed_s - STARTED_S;

@@ -285,13 +285,6 @@ impl Filter {
         self.x.layout.ship().map(|at| self.x.block(at))
     }
 
-    /// Covariance of the ship's north and east, m²: [var x, cov xy, var y], if it is known.
-    #[must_use]
-    pub fn ship_position_covariance(&self) -> Option<[f64; 3]> {
-        let at = self.x.layout.ship()?;
-        Some([self.p.get(at, at), self.p.get(at, at + 1), self.p.get(at + 1, at + 1)])
-    }
-
     /// One sigma of the ship's velocity, north and east, m/s, if it is known.
     #[must_use]
     pub fn ship_velocity_sigma_mps(&self) -> Option<[f64; 2]> {

@@ -124,11 +124,6 @@ impl ProtectionLevel {
         self.state_level(x, declared);
     }
 
-    /// Forgets everything.
-    pub fn clear(&mut self) {
-        self.level = None;
-    }
-
     /// The level; `None` before the start.
     #[must_use]
     pub fn level(&self) -> Option<Level> {

@@ -2,7 +2,6 @@
 
 use super::config::NavigationConfig;
 use super::fixed_effects::{ideal_reading, water_of};
-use super::measurement::ShipReport;
 use crate::dynamics::Attitude;
 use crate::effects::SensorChannel;
 use crate::state::VehicleState;
@@ -119,20 +118,11 @@ const SHIP_TURN_RATE_SIGMA_RADPS: f64 = 0.05;
 impl InitialShip {
     /// From its first GNSS fix; speed unknown.
     #[must_use]
-    pub fn from_fix(position_m: [f64; 2], config: &NavigationConfig) -> Self {
-        Self::new(position_m, config.sensors.ship_gnss_m, [0.0; 2], SHIP_SPEED_SIGMA_MPS)
-    }
-
-    /// From a report in an acoustic packet (valid at the present time).
-    #[must_use]
-    pub fn from_report(report: &ShipReport) -> Self {
-        Self::new(report.position_m, report.position_sigma_m, report.velocity_mps, report.velocity_sigma_mps)
-    }
-
-    fn new(p: [f64; 2], p_sigma: f64, v: [f64; 2], v_sigma: f64) -> Self {
+    pub fn from_fix([north_m, east_m]: [f64; 2], config: &NavigationConfig) -> Self {
+        let (fix_m, speed_mps) = (config.sensors.ship_gnss_m, SHIP_SPEED_SIGMA_MPS);
         Self {
-            state: [p[0], p[1], libm::atan2(v[1], v[0]), v[0], v[1], 0.0],
-            sigma: [p_sigma, p_sigma, SHIP_HEADING_SIGMA_RAD, v_sigma, v_sigma, SHIP_TURN_RATE_SIGMA_RADPS],
+            state: [north_m, east_m, 0.0, 0.0, 0.0, 0.0],
+            sigma: [fix_m, fix_m, SHIP_HEADING_SIGMA_RAD, speed_mps, speed_mps, SHIP_TURN_RATE_SIGMA_RADPS],
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Against the independent implementation's numbers (tests/data/README.md).
 
-use super::support::{assert_close, input, matrix, model, numbers};
+use super::support::{assert_close, ident, input, matrix, model, numbers};
 use backseat_core::dynamics::{
     ActuatorInput, Attitude, FinGeometry, VehicleModel, VehicleParameters, coriolis_by_velocity, kinematic_linearise,
 };
@@ -13,10 +13,6 @@ const ROUNDING: f64 = 1.0e-11;
 
 fn nav() -> Value {
     serde_json::from_str(include_str!("../../data/nav_vectors.json")).expect("JSON")
-}
-
-fn ident() -> Value {
-    serde_json::from_str(include_str!("../../data/ident_vectors.json")).expect("JSON")
 }
 
 /// The reference vehicle with a case's `params_override`.

@@ -1,6 +1,6 @@
-//! Random states, comparison and reading of the reference file's arrays.
+//! Vehicles, random states, inputs of the reference file.
 
-use backseat_core::dynamics::{ActuatorInput, VehicleModel, VehicleParameters};
+use backseat_core::dynamics::{ActuatorInput, VehicleParameters};
 use backseat_core::state::VehicleState;
 use serde_json::Value;
 
@@ -28,11 +28,8 @@ pub fn lopsided_parameters() -> VehicleParameters {
     VehicleParameters { moment_uu: [0.06, -0.3, 0.2], z_uw: -25.0, torque_arm_m: 0.02, ..parameters }
 }
 
-pub fn model(parameters: &VehicleParameters) -> VehicleModel {
-    VehicleModel::new(parameters).expect("valid parameters")
-}
-
 pub use crate::random::Random;
+pub use crate::shared::{assert_close, ident, matrix, model, numbers};
 
 impl Random {
     /// Any attitude short of the vertical; slow and fast, ahead and astern.
@@ -47,34 +44,8 @@ impl Random {
     }
 }
 
-/// The numbers of a JSON array.
-pub fn numbers(value: &Value) -> Vec<f64> {
-    let array = value.as_array().unwrap_or_else(|| panic!("not an array: {value}"));
-    array.iter().map(|number| number.as_f64().expect("a number")).collect()
-}
-
-/// The numbers of a JSON matrix, row-major.
-pub fn matrix(value: &Value) -> Vec<f64> {
-    value.as_array().expect("a matrix").iter().flat_map(numbers).collect()
-}
-
 /// ξ of nav_vectors.json.
 pub fn input(value: &Value) -> ActuatorInput {
     let xi = numbers(value);
     ActuatorInput { propeller_radps: xi[0], fins_rad: [xi[1], xi[2], xi[3], xi[4]] }
-}
-
-/// Compares number by number: |ours − theirs| ≤ tolerance (1 + |theirs|).
-pub fn assert_close<'a>(
-    ours: impl IntoIterator<Item = &'a f64>,
-    theirs: impl IntoIterator<Item = &'a f64>,
-    tolerance: f64,
-    what: &str,
-) {
-    let (ours, theirs): (Vec<_>, Vec<_>) = (ours.into_iter().collect(), theirs.into_iter().collect());
-    assert_eq!(ours.len(), theirs.len(), "{what}");
-    for (i, (a, b)) in ours.iter().zip(&theirs).enumerate() {
-        let error = (*a - *b).abs() / (1.0 + b.abs());
-        assert!(error <= tolerance, "{what}[{i}]: {a} instead of {b}, error {error:e}");
-    }
 }

@@ -1,26 +1,8 @@
-//! The vehicle of ident_vectors.json, random numbers, comparison.
+//! The vehicle of ident_vectors.json, random numbers.
 
-use backseat_core::dynamics::{ActuatorInput, FinGeometry, VehicleModel, VehicleParameters};
+use backseat_core::dynamics::{ActuatorInput, FinGeometry, VehicleParameters};
 use nalgebra::{Vector3, Vector6};
 use serde_json::Value;
-
-pub fn ident() -> Value {
-    serde_json::from_str(include_str!("../../data/ident_vectors.json")).expect("JSON")
-}
-
-pub fn model(parameters: &VehicleParameters) -> VehicleModel {
-    VehicleModel::new(parameters).expect("valid parameters")
-}
-
-pub fn numbers(value: &Value) -> Vec<f64> {
-    let array = value.as_array().unwrap_or_else(|| panic!("not an array: {value}"));
-    array.iter().map(|number| number.as_f64().expect("a number")).collect()
-}
-
-/// The numbers of a JSON matrix, row-major.
-pub fn matrix(value: &Value) -> Vec<f64> {
-    value.as_array().expect("a matrix").iter().flat_map(numbers).collect()
-}
 
 pub fn number(value: &Value) -> f64 {
     value.as_f64().expect("a number")
@@ -67,6 +49,7 @@ pub fn input(state: &Value) -> ActuatorInput {
 }
 
 pub use crate::random::Random;
+pub use crate::shared::{assert_close, ident, matrix, model, numbers};
 
 impl Random {
     pub fn velocity(&mut self) -> Vector6<f64> {
@@ -79,20 +62,5 @@ impl Random {
 
     pub fn inputs(&mut self) -> ActuatorInput {
         ActuatorInput { propeller_radps: self.within(150.0), fins_rad: [(); 4].map(|()| self.within(0.5)) }
-    }
-}
-
-/// Compares number by number: |ours − theirs| ≤ tolerance (1 + |theirs|).
-pub fn assert_close<'a>(
-    ours: impl IntoIterator<Item = &'a f64>,
-    theirs: impl IntoIterator<Item = &'a f64>,
-    tolerance: f64,
-    what: &str,
-) {
-    let (ours, theirs): (Vec<_>, Vec<_>) = (ours.into_iter().collect(), theirs.into_iter().collect());
-    assert_eq!(ours.len(), theirs.len(), "{what}");
-    for (i, (a, b)) in ours.iter().zip(&theirs).enumerate() {
-        let error = (*a - *b).abs() / (1.0 + b.abs());
-        assert!(error <= tolerance, "{what}[{i}]: {a} instead of {b}, error {error:e}");
     }
 }
