@@ -154,7 +154,7 @@ impl Recording {
                 match *call {
                     Call::Fuse(index) => {
                         let measurement = &self.measurements[index];
-                        let fusions = filter.fuse_observed(measurement, &mut out.steps);
+                        let fusions = filter.fuse(measurement, &mut out.steps);
                         let sensor = measurement.sensor();
                         if k == 0 && Evidence::counts(sensor) {
                             main.push(fusions);
@@ -186,17 +186,17 @@ impl Recording {
     fn move_filter(&self, call: &Call, filter: &mut Filter, steps: &mut Steps) {
         match *call {
             Call::Predict(to_us, input) => {
-                let _ = filter.predict_observed(to_us, &self.inputs[input], steps);
+                let _ = filter.predict(to_us, &self.inputs[input], steps);
             }
             Call::CloneShip => {
-                let _ = filter.clone_ship_observed(steps);
+                let _ = filter.clone_ship(steps);
             }
             Call::CloneVehicle => {
-                let _ = filter.clone_vehicle_observed(steps);
+                let _ = filter.clone_vehicle(steps);
             }
-            Call::DropClone(id) => filter.drop_clone_observed(id, steps),
+            Call::DropClone(id) => filter.drop_clone(id, steps),
             Call::InitialiseShip(index) => {
-                let _ = filter.initialise_ship_observed(&self.ships[index], steps);
+                let _ = filter.initialise_ship(&self.ships[index], steps);
             }
             Call::Fuse(_) | Call::Sample => {}
         }

@@ -189,7 +189,7 @@ fn val_smoother_equals_the_batch_solution() {
         let phase = k as f64;
         let input = ActuatorInput { propeller_radps: 106.0, fins_rad: [0.02 * (0.3 * phase).sin(), 0.0, 0.01, -0.01] };
         recording.predict(k * 100_000, &input).unwrap();
-        reference.predict_observed(k * 100_000, &input, &mut batch).unwrap();
+        reference.predict(k * 100_000, &input, &mut batch).unwrap();
         batch.agree(&reference);
         let state = *reference.state();
         let mut measurements = Vec::new();
@@ -212,16 +212,16 @@ fn val_smoother_equals_the_batch_solution() {
         }
         for measurement in &measurements {
             recording.fuse(measurement);
-            reference.fuse_observed(measurement, &mut batch);
+            reference.fuse(measurement, &mut batch);
         }
         match clone {
             None if k % 10 == 1 => {
                 clone = recording.clone_ship().ok();
-                reference.clone_ship_observed(&mut batch).unwrap();
+                reference.clone_ship(&mut batch).unwrap();
             }
             Some(id) if k % 10 == 5 => {
                 recording.drop_clone(id);
-                reference.drop_clone_observed(id, &mut batch);
+                reference.drop_clone(id, &mut batch);
                 clone = None;
             }
             _ => {}
@@ -266,7 +266,7 @@ fn val_smoother_equals_the_batch_solution_where_sources_are_suspect() {
         let input = ActuatorInput { propeller_radps: 106.0, fins_rad: [0.0, 0.0, 0.01, -0.01] };
         for second in 1..=75_u64 {
             recording.predict(second * 1_000_000, &input).unwrap();
-            reference.predict_observed(second * 1_000_000, &input, &mut batch).unwrap();
+            reference.predict(second * 1_000_000, &input, &mut batch).unwrap();
             batch.agree(&reference);
             let (x, k) = (*reference.state(), second as f64);
             let contradicts = |sensor, from| second >= from && reference.recoveries(sensor) == 0;
@@ -287,7 +287,7 @@ fn val_smoother_equals_the_batch_solution_where_sources_are_suspect() {
             }
             for measurement in &measurements {
                 recording.fuse(measurement);
-                reference.fuse_observed(measurement, &mut batch);
+                reference.fuse(measurement, &mut batch);
                 batch.agree(&reference);
             }
             recording.sample();

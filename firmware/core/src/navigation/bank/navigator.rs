@@ -199,8 +199,8 @@ impl Navigator {
     /// # Errors
     /// Not initialised, or a value that is not finite (sigma: not positive).
     pub fn initialise_ship(&mut self, ship: &InitialShip) -> Result<(), NavigationError> {
-        self.main.initialise_ship(ship)?;
-        self.follow(|filter| filter.initialise_ship(ship).is_ok());
+        self.main.initialise_ship(ship, &mut ())?;
+        self.follow(|filter| filter.initialise_ship(ship, &mut ()).is_ok());
         Ok(())
     }
 
@@ -223,13 +223,13 @@ impl Navigator {
         observer: &mut impl Observer,
     ) -> Result<(), NavigationError> {
         let gap_s = 1.0e-6 * to_us.saturating_sub(self.main.time_us()) as f64;
-        self.main.predict(to_us, input)?;
+        self.main.predict(to_us, input, &mut ())?;
         if self.main.is_alone() {
             self.doubt(gap_s);
         }
         let [nominal, others @ ..] = &mut self.others;
-        nominal.follow(|filter| filter.predict_observed(to_us, input, observer).is_ok());
-        others.iter_mut().for_each(|member| member.follow(|filter| filter.predict(to_us, input).is_ok()));
+        nominal.follow(|filter| filter.predict(to_us, input, observer).is_ok());
+        others.iter_mut().for_each(|member| member.follow(|filter| filter.predict(to_us, input, &mut ()).is_ok()));
         self.mix();
         Ok(())
     }
@@ -241,12 +241,12 @@ impl Navigator {
 
     /// [`Self::fuse`], showing each scalar that the nominal filter uses to `observer`.
     pub fn fuse_observed(&mut self, measurement: &Measurement, observer: &mut impl Observer) -> Fusions {
-        let fusions = self.main.fuse(measurement);
+        let fusions = self.main.fuse(measurement, &mut ());
         for (k, member) in self.others.iter_mut().enumerate().filter(|(_, member)| member.runs) {
             let other = if k == NOMINAL {
-                member.filter.fuse_observed(measurement, observer)
+                member.filter.fuse(measurement, observer)
             } else {
-                member.filter.fuse(measurement)
+                member.filter.fuse(measurement, &mut ())
             };
             if let Some(evidence) = Evidence::new(measurement.sensor(), &other, &fusions) {
                 member.log_ratio = evidence.beside(member.log_ratio);
@@ -289,10 +289,10 @@ impl Navigator {
     /// # Errors
     /// See [`CloneError`].
     pub fn clone_vehicle_observed(&mut self, observer: &mut impl Observer) -> Result<CloneId, CloneError> {
-        let id = self.main.clone_vehicle()?;
+        let id = self.main.clone_vehicle(&mut ())?;
         let [nominal, others @ ..] = &mut self.others;
-        nominal.follow(|filter| filter.clone_vehicle_observed(observer) == Ok(id));
-        others.iter_mut().for_each(|member| member.follow(|filter| filter.clone_vehicle() == Ok(id)));
+        nominal.follow(|filter| filter.clone_vehicle(observer) == Ok(id));
+        others.iter_mut().for_each(|member| member.follow(|filter| filter.clone_vehicle(&mut ()) == Ok(id)));
         Ok(id)
     }
 
@@ -301,8 +301,8 @@ impl Navigator {
     /// # Errors
     /// See [`CloneError`].
     pub fn clone_ship(&mut self) -> Result<CloneId, CloneError> {
-        let id = self.main.clone_ship()?;
-        self.follow(|filter| filter.clone_ship() == Ok(id));
+        let id = self.main.clone_ship(&mut ())?;
+        self.follow(|filter| filter.clone_ship(&mut ()) == Ok(id));
         Ok(id)
     }
 
@@ -313,10 +313,10 @@ impl Navigator {
 
     /// [`Self::drop_clone`], showing the nominal filter's to `observer`.
     pub fn drop_clone_observed(&mut self, id: CloneId, observer: &mut impl Observer) {
-        self.main.drop_clone(id);
+        self.main.drop_clone(id, &mut ());
         let [nominal, others @ ..] = &mut self.others;
-        nominal.filter.drop_clone_observed(id, observer);
-        others.iter_mut().for_each(|member| member.filter.drop_clone(id));
+        nominal.filter.drop_clone(id, observer);
+        others.iter_mut().for_each(|member| member.filter.drop_clone(id, &mut ()));
     }
 
     /// Odds against a change of the water fade to even ones as fast as evidence is forgotten: nobody is heard who would

@@ -220,23 +220,12 @@ impl Filter {
     }
 
     /// Makes the ship known (again) at the filter's present time; ship clones are forgotten.
+    /// Each step is shown to `observer`.
     ///
     /// # Errors
     /// Not initialised, a value that is not finite (sigma: not positive), or three other vehicles, beside which there is
     /// no room.
-    pub fn initialise_ship(&mut self, ship: &InitialShip) -> Result<(), NavigationError> {
-        self.initialise_ship_observed(ship, &mut ())
-    }
-
-    /// [`Self::initialise_ship`], showing the states to `observer`.
-    ///
-    /// # Errors
-    /// As [`Self::initialise_ship`].
-    pub fn initialise_ship_observed(
-        &mut self,
-        ship: &InitialShip,
-        observer: &mut impl Observer,
-    ) -> Result<(), NavigationError> {
+    pub fn initialise_ship(&mut self, ship: &InitialShip, observer: &mut impl Observer) -> Result<(), NavigationError> {
         if !self.is_initialised() {
             return Err(NavigationError::NotInitialised);
         }

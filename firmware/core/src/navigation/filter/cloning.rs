@@ -19,18 +19,11 @@ use nalgebra::Vector3;
 
 impl Filter {
     /// Takes a delayed state of the vehicle at the filter's present time.
+    /// Each step is shown to `observer`.
     ///
     /// # Errors
     /// See [`CloneError`].
-    pub fn clone_vehicle(&mut self) -> Result<CloneId, CloneError> {
-        self.clone_vehicle_observed(&mut ())
-    }
-
-    /// [`Self::clone_vehicle`], showing the states to `observer`.
-    ///
-    /// # Errors
-    /// See [`CloneError`].
-    pub fn clone_vehicle_observed(&mut self, observer: &mut impl Observer) -> Result<CloneId, CloneError> {
+    pub fn clone_vehicle(&mut self, observer: &mut impl Observer) -> Result<CloneId, CloneError> {
         self.check_clone()?;
         let attitude = Attitude::new(&state::attitude(&self.x.vehicle));
         let velocity = ground_velocity(&self.x, &attitude);
@@ -46,18 +39,11 @@ impl Filter {
     }
 
     /// Takes a delayed state of the ship at the filter's present time.
+    /// Each step is shown to `observer`.
     ///
     /// # Errors
     /// See [`CloneError`].
-    pub fn clone_ship(&mut self) -> Result<CloneId, CloneError> {
-        self.clone_ship_observed(&mut ())
-    }
-
-    /// [`Self::clone_ship`], showing the states to `observer`.
-    ///
-    /// # Errors
-    /// See [`CloneError`].
-    pub fn clone_ship_observed(&mut self, observer: &mut impl Observer) -> Result<CloneId, CloneError> {
+    pub fn clone_ship(&mut self, observer: &mut impl Observer) -> Result<CloneId, CloneError> {
         self.check_clone()?;
         let at = self.x.layout.ship().ok_or(CloneError::NoShip)?;
         let rows = core::array::from_fn(|i| Row::unit(at + i));
@@ -65,12 +51,7 @@ impl Filter {
     }
 
     /// Forgets a delayed state; a stale id does nothing.
-    pub fn drop_clone(&mut self, id: CloneId) {
-        self.drop_clone_observed(id, &mut ());
-    }
-
-    /// [`Self::drop_clone`], showing it to `observer`.
-    pub fn drop_clone_observed(&mut self, id: CloneId, observer: &mut impl Observer) {
+    pub fn drop_clone(&mut self, id: CloneId, observer: &mut impl Observer) {
         let n = self.dimension();
         if let Some(at) = self.x.layout.remove_clone(id) {
             self.p.remove(n, at, CLONE_STATES);
@@ -115,7 +96,7 @@ impl Filter {
 
     pub(super) fn forget_ship(&mut self, observer: &mut impl Observer) {
         while let Some(id) = self.x.layout.any_clone(CloneKind::Ship) {
-            self.drop_clone_observed(id, observer);
+            self.drop_clone(id, observer);
         }
         if let Some(at) = self.x.layout.ship() {
             let n = self.dimension();

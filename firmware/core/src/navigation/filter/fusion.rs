@@ -29,12 +29,7 @@ pub(super) fn wrap_innovation(sensor: Sensor, innovation: f64) -> f64 {
 
 impl Filter {
     /// Fuses one measurement; returns the outcome of each of its scalars.
-    pub fn fuse(&mut self, measurement: &Measurement) -> Fusions {
-        self.fuse_observed(measurement, &mut ())
-    }
-
-    /// [`Self::fuse`], showing each scalar to `observer`.
-    pub fn fuse_observed(&mut self, measurement: &Measurement, observer: &mut impl Observer) -> Fusions {
+    pub fn fuse(&mut self, measurement: &Measurement, observer: &mut impl Observer) -> Fusions {
         let mut fusions = Fusions::none();
         self.fuse_into(measurement, &mut fusions, observer);
         fusions

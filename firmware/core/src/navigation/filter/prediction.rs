@@ -33,18 +33,11 @@ impl Filter {
     /// The gap is split into equal steps of at most 0.1 s; from one minute on there are 600 steps,
     /// which grow up to 1 s. Each step is the zero-order hold of the model linearised at its start. From [`LONGEST_HOLD_S`]
     /// on the input is unknown: the vehicle goes on straight, by the kinematic model, as uncertain as an AUV may move.
+    /// Each step is shown to `observer`.
     ///
     /// # Errors
     /// See [`NavigationError`]; a refused call leaves the filter as it was, a failure is kept.
-    pub fn predict(&mut self, to_us: u64, input: &ActuatorInput) -> Result<(), NavigationError> {
-        self.predict_observed(to_us, input, &mut ())
-    }
-
-    /// [`Self::predict`], showing each step to `observer`.
-    ///
-    /// # Errors
-    /// As [`Self::predict`].
-    pub fn predict_observed(
+    pub fn predict(
         &mut self,
         to_us: u64,
         input: &ActuatorInput,

@@ -183,7 +183,7 @@ fn fly((column, size): (usize, f64), onset_s: f64, minutes: u64, mut noise: Opti
                     add_noise(noise, &mut measurement);
                 }
                 let seen = watch.will_fuse(&filter, &measurement, t_s);
-                filter.fuse_observed(&measurement, seen);
+                filter.fuse(&measurement, seen);
             }
             // turns, and a pilot in pitch and depth who is not calm
             let x = world.x;
@@ -195,7 +195,7 @@ fn fly((column, size): (usize, f64), onset_s: f64, minutes: u64, mut noise: Opti
         world.step(&input, changed);
         if k % 10 == 9 {
             let seen = watch.will_predict(&filter, &input, t_s);
-            filter.predict_observed((k + 1) * STEP_US, &input, seen).expect("predicts");
+            filter.predict((k + 1) * STEP_US, &input, seen).expect("predicts");
             watch.step(&filter);
         }
     }

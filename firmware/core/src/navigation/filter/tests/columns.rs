@@ -24,7 +24,7 @@ fn flown(states: EffectStates, value: f64) -> Box<Filter> {
     for k in 0..50_u64 {
         let turn = 0.01 * (k / 10) as f64;
         let input = ActuatorInput { propeller_radps: 120.0, fins_rad: [0.1 + turn, -0.1, 0.05 - turn, -0.02] };
-        navigator.predict((k + 1) * STEP_US, &input).expect("predicts");
+        navigator.predict((k + 1) * STEP_US, &input, &mut ()).expect("predicts");
     }
     navigator
 }

@@ -198,30 +198,30 @@ fn run(case: Case, linearise_again: bool) -> f64 {
     let sigma = VehicleState::from([3.0, 3.0, 0.1, 0.02, 0.02, 0.02, 0.1, 0.05, 0.05, 0.02, 0.02, 0.02]);
     navigator.initialise(0, &InitialState { state, sigma }).expect("valid");
     let ship = InitialShip { state: [150.0, 80.0, 0.0, 1.0, -1.5, 0.0], sigma: [0.5, 0.5, 0.1, 0.2, 0.2, 0.01] };
-    navigator.initialise_ship(&ship).expect("valid");
+    navigator.initialise_ship(&ship, &mut ()).expect("valid");
     let mut plain = Plain::of(&navigator);
     let input = ActuatorInput { propeller_radps: 106.8, fins_rad: [0.15, -0.15, 0.02, -0.02] };
     let (mut vehicle_clone, mut ship_clone) = (None, None);
     for k in 1..=300_u64 {
-        navigator.predict(k * 100_000, &input).expect("healthy");
+        navigator.predict(k * 100_000, &input, &mut ()).expect("healthy");
         plain.predict(&navigator.step, &config, 0.1);
         let wobble = |i: usize| 0.01 * wrap_angle((k as f64 + 1.3) * (1.7 + i as f64));
         if k % 3 == 0 {
             let z = plain.x[2] + wobble(0);
-            navigator.fuse(&Measurement::Depth { z_m: z });
+            navigator.fuse(&Measurement::Depth { z_m: z }, &mut ());
             plain.update_state(z, 2, config.sensors.depth_m);
             let euler = core::array::from_fn(|i| plain.x[PHI + i] + wobble(i));
-            navigator.fuse(&Measurement::Attitude { euler_rad: euler });
+            navigator.fuse(&Measurement::Attitude { euler_rad: euler }, &mut ());
             (0..3).for_each(|i| plain.update_state(euler[i], PHI + i, config.sensors.attitude_rad));
         }
         if k % 10 == 0 {
             let fix = core::array::from_fn(|i| plain.x[SHIP + i] + 20.0 * wobble(i));
-            navigator.fuse(&Measurement::ShipGnss { position_m: fix });
+            navigator.fuse(&Measurement::ShipGnss { position_m: fix }, &mut ());
             (0..2).for_each(|i| plain.update_state(fix[i], SHIP + i, config.sensors.ship_gnss_m));
         }
         if k == 100 {
-            vehicle_clone = (case != Case::Downlink).then(|| navigator.clone_vehicle().expect("free"));
-            ship_clone = (case == Case::Downlink).then(|| navigator.clone_ship().expect("free"));
+            vehicle_clone = (case != Case::Downlink).then(|| navigator.clone_vehicle(&mut ()).expect("free"));
+            ship_clone = (case == Case::Downlink).then(|| navigator.clone_ship(&mut ()).expect("free"));
             plain.clone_all();
             if linearise_again {
                 plain.velocity_at = None;
@@ -240,20 +240,20 @@ fn run(case: Case, linearise_again: bool) -> f64 {
                 let (out, out_row) = plain.range(LIVE, 0, depth_m);
                 let (home, home_row) = plain.range(0, 0, depth_m);
                 let predicted = 0.5 * (out + home);
-                navigator.fuse(&Measurement::TwoWayRange { outward: path, back, range_m: predicted + 1.5 });
+                navigator.fuse(&Measurement::TwoWayRange { outward: path, back, range_m: predicted + 1.5 }, &mut ());
                 plain.update(predicted + 1.5, predicted, &((out_row + home_row) * 0.5), variance);
             } else {
                 let (predicted, row) = plain.range(vehicle, ship, depth_m);
-                navigator.fuse(&Measurement::Range { path, range_m: predicted + 1.5 });
+                navigator.fuse(&Measurement::Range { path, range_m: predicted + 1.5 }, &mut ());
                 plain.update(predicted + 1.5, predicted, &row, variance);
                 let (predicted, row) = plain.range_rate(vehicle, ship, depth_m);
                 let variance = config.sensors.range_rate_mps * config.sensors.range_rate_mps;
-                navigator.fuse(&Measurement::RangeRate { path, range_rate_mps: predicted - 0.05 });
+                navigator.fuse(&Measurement::RangeRate { path, range_rate_mps: predicted - 0.05 }, &mut ());
                 plain.update(predicted - 0.05, predicted, &row, variance);
             }
         }
         if k == 160 {
-            vehicle_clone.into_iter().chain(ship_clone).for_each(|id| navigator.drop_clone(id));
+            vehicle_clone.into_iter().chain(ship_clone).for_each(|id| navigator.drop_clone(id, &mut ()));
         }
     }
     assert_eq!(navigator.dimension(), LIVE);

@@ -91,9 +91,9 @@ impl Scene {
         let state = crate::state::VehicleState::from(scales.map(|scale| scale * random.within(1.0)));
         navigator.initialise((TIME_S * 1.0e6) as u64, &InitialState { state, sigma }).expect("finite");
         let ship = core::array::from_fn(|i| if i < 2 { 500.0 } else { 2.0 } * random.within(1.0));
-        navigator.initialise_ship(&InitialShip { state: ship, sigma: [1.0; 6] }).expect("finite");
-        let ship_clone = navigator.clone_ship().expect("room");
-        let vehicle_clone = navigator.clone_vehicle().expect("room");
+        navigator.initialise_ship(&InitialShip { state: ship, sigma: [1.0; 6] }, &mut ()).expect("finite");
+        let ship_clone = navigator.clone_ship(&mut ()).expect("room");
+        let vehicle_clone = navigator.clone_vehicle(&mut ()).expect("room");
         // The clones are of another time.
         for at in navigator.dimension() - 12..navigator.dimension() {
             navigator.x.add_tail(at, 3.0 * random.within(1.0));
@@ -320,7 +320,7 @@ fn val_rows_of_every_measurement_match_dual_numbers() {
                 if measurement.sensor() == Sensor::Attitude && is_steep(scene.navigator.state()) {
                     continue;
                 }
-                scene.navigator.fuse(&measurement);
+                scene.navigator.fuse(&measurement, &mut ());
                 let (n, sensor) = (scene.navigator.dimension(), measurement.sensor());
                 let values: Vec<f64> =
                     scene.predicted(&seeded(&scene.navigator, N_MAX), &measurement).iter().map(|h| h.value).collect();
@@ -354,14 +354,14 @@ fn val_clones_depend_on_the_present_as_dual_numbers_say() {
     for states in STATES {
         let mut scene = Scene::new(states, &mut random);
         for id in [scene.vehicle_clone, scene.ship_clone] {
-            scene.navigator.drop_clone(id);
+            scene.navigator.drop_clone(id, &mut ());
         }
         let n = scene.navigator.dimension();
         // With P = I the cross covariance is the Jacobian.
         scene.navigator.p.set_diagonal(0, &[1.0; N_MAX][..n]);
         let ship = scene.navigator.x.layout.ship().expect("known");
-        scene.navigator.clone_vehicle().expect("room");
-        scene.navigator.clone_ship().expect("room");
+        scene.navigator.clone_vehicle(&mut ()).expect("room");
+        scene.navigator.clone_ship(&mut ()).expect("room");
         for direction in 0..n {
             let x = seeded(&scene.navigator, direction);
             let expected = [&x[X..X + 3], &scene.ground_velocity(&x), &x[ship..ship + 6]].concat();

@@ -57,8 +57,8 @@ fn navigator(vectors: &Value, x: &str, p: &str) -> (Box<Filter>, CloneId) {
     navigator.configure(&config, &model()).expect("valid");
     let one = VehicleState::repeat(1.0);
     navigator.initialise(0, &InitialState { state: one, sigma: one }).expect("valid");
-    navigator.initialise_ship(&InitialShip { state: [0.0; 6], sigma: [1.0; 6] }).expect("valid");
-    let clone = navigator.clone_ship().expect("free");
+    navigator.initialise_ship(&InitialShip { state: [0.0; 6], sigma: [1.0; 6] }, &mut ()).expect("valid");
+    let clone = navigator.clone_ship(&mut ()).expect("free");
     let x = numbers(&case[x]);
     navigator.x.vehicle = VehicleState::from_column_slice(&x[..12]);
     for i in 12..N {
@@ -125,7 +125,7 @@ fn val_predict_step() {
     let vectors = vectors();
     let case = &vectors["predict_step"];
     let (mut navigator, _) = navigator(&vectors, "X", "P");
-    navigator.predict(100_000, &input(&case["xi"])).expect("healthy");
+    navigator.predict(100_000, &input(&case["xi"]), &mut ()).expect("healthy");
     let (dx, dp) = deviation(&navigator, &case["X_pred"], &case["P_pred"]);
     // The series' error as above; P to the same relative size.
     assert!(dx < 1e-9 && dp < 1e-6, "{dx:e} {dp:e}");
@@ -146,7 +146,7 @@ fn val_range_and_range_rate_update() {
         } else {
             Measurement::RangeRate { path, range_rate_mps: number("z") }
         };
-        let fusions = navigator.fuse(&measurement);
+        let fusions = navigator.fuse(&measurement, &mut ());
         let record = fusions.iter().next().expect("one scalar");
         // Rounding of some hundred operations on numbers up to 1e3.
         assert!((record.innovation - (number("z") - number("z_pred"))).abs() < 1e-12 * number("z").abs().max(1.0));
@@ -219,17 +219,17 @@ fn layout_moves_blocks_without_mixing_them() {
     let vectors = vectors();
     let (mut navigator, ship_clone) = navigator(&vectors, "X_pred", "P_pred");
     let before: Vec<f64> = (0..N).map(|i| navigator.variance(i)).collect();
-    let vehicle_clone = navigator.clone_vehicle().expect("free");
-    assert_eq!(navigator.clone_vehicle(), Err(CloneError::Full));
+    let vehicle_clone = navigator.clone_vehicle(&mut ()).expect("free");
+    assert_eq!(navigator.clone_vehicle(&mut ()), Err(CloneError::Full));
     assert_eq!(navigator.dimension(), N + CLONE_STATES);
     let velocity: Vec<f64> = (0..6).map(|i| navigator.variance(N + i)).collect();
-    navigator.drop_clone(ship_clone);
+    navigator.drop_clone(ship_clone, &mut ());
     let at = navigator.x.layout.clone_at(vehicle_clone, CloneKind::Vehicle).expect("held");
     assert_eq!(at, N - CLONE_STATES);
     assert_eq!((0..6).map(|i| navigator.variance(at + i)).collect::<Vec<_>>(), velocity);
     assert_eq!(navigator.covariance(at, 0), navigator.variance(0));
     // Knowing the ship anew moves the vehicle clone out of the way and back.
-    navigator.initialise_ship(&InitialShip { state: [7.0; 6], sigma: [2.0; 6] }).expect("valid");
+    navigator.initialise_ship(&InitialShip { state: [7.0; 6], sigma: [2.0; 6] }, &mut ()).expect("valid");
     assert_eq!((0..6).map(|i| navigator.variance(at + i)).collect::<Vec<_>>(), velocity);
     assert_eq!(navigator.covariance(at, 14), 0.0);
     assert_eq!(navigator.covariance(at + 2, 2), navigator.variance(2));
@@ -240,19 +240,19 @@ fn layout_moves_blocks_without_mixing_them() {
     let stale = |navigator: &mut Filter, id: CloneId| {
         let path = AcousticPath { vehicle: VehicleEnd::Delayed { clone: id, bridge_s: 0.0 }, ship: ShipEnd::Now };
         navigator
-            .fuse(&Measurement::Range { path, range_m: 10.0 })
+            .fuse(&Measurement::Range { path, range_m: 10.0 }, &mut ())
             .iter()
             .all(|r| r.outcome == FusionOutcome::StaleClone)
     };
     let digest = navigator.digest();
     assert!(stale(&mut navigator, ship_clone));
-    let new_ship_clone = navigator.clone_ship().expect("free");
+    let new_ship_clone = navigator.clone_ship(&mut ()).expect("free");
     assert!(stale(&mut navigator, new_ship_clone));
-    navigator.drop_clone(new_ship_clone);
-    navigator.drop_clone(new_ship_clone);
+    navigator.drop_clone(new_ship_clone, &mut ());
+    navigator.drop_clone(new_ship_clone, &mut ());
     assert_eq!(navigator.digest(), digest);
     let one = VehicleState::repeat(1.0);
     navigator.initialise(0, &InitialState { state: one, sigma: one }).expect("valid");
-    navigator.clone_vehicle().expect("free");
+    navigator.clone_vehicle(&mut ()).expect("free");
     assert!(stale(&mut navigator, vehicle_clone));
 }

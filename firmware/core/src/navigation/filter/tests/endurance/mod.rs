@@ -134,15 +134,16 @@ impl Pair {
     }
 
     fn predict(&mut self, to_us: u64, input: &ActuatorInput) {
-        self.filter.predict(to_us, input).expect("a healthy filter");
+        self.filter.predict(to_us, input, &mut ()).expect("a healthy filter");
         if self.follows {
             self.reference.predict(to_us, input);
         }
     }
 
     fn take_clone(&mut self, vehicle: bool, id: CloneId) {
-        let take =
-            |filter: &mut Filter| if vehicle { filter.clone_vehicle() } else { filter.clone_ship() }.expect("room");
+        let take = |filter: &mut Filter| {
+            if vehicle { filter.clone_vehicle(&mut ()) } else { filter.clone_ship(&mut ()) }.expect("room")
+        };
         assert_eq!(take(&mut self.filter), id);
         if self.follows {
             self.reference.clone_with(take, id);
@@ -150,14 +151,14 @@ impl Pair {
     }
 
     fn drop_clone(&mut self, id: CloneId) {
-        self.filter.drop_clone(id);
+        self.filter.drop_clone(id, &mut ());
         if self.follows {
             self.reference.drop_clone(id);
         }
     }
 
     fn fuse(&mut self, measurement: &Measurement) {
-        let fusions = self.filter.fuse(measurement);
+        let fusions = self.filter.fuse(measurement, &mut ());
         fusions.iter().for_each(|record| self.findings.tally.add(record));
         if self.follows {
             self.reference.fuse(measurement, &fusions, &self.filter);

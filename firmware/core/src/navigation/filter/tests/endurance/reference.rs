@@ -197,7 +197,7 @@ impl Reference {
     /// Takes in what `filter` took in of a measurement, and judges the sensors and the sea as it does.
     pub fn fuse(&mut self, measurement: &Measurement, fusions: &Fusions, filter: &Filter) {
         let n = self.s.len();
-        self.shadow.fuse(measurement);
+        self.shadow.fuse(measurement, &mut ());
         assert!(self.shadow.failure.is_none());
         (self.shadow.monitor, self.shadow.heard_us) = (filter.monitor.clone(), filter.heard_us);
         let mut moved = [0.0; N_MAX];
@@ -269,7 +269,7 @@ impl Reference {
         let layout = &self.shadow.x.layout;
         let at = [CloneKind::Vehicle, CloneKind::Ship].iter().find_map(|kind| layout.clone_at(id, *kind));
         let at = at.expect("a clone");
-        self.shadow.drop_clone(id);
+        self.shadow.drop_clone(id, &mut ());
         self.clones.retain(|held| *held != id);
         self.s.drain(at..at + CLONE_STATES);
         assert_eq!(self.s.len(), self.shadow.dimension());
