@@ -47,15 +47,6 @@ const CRASH_LINE: usize = 320;
 type Bus = ExclusiveDevice<Spi<'static, Blocking, Master>, Output<'static>, Delay>;
 type Volumes = VolumeManager<SdCard<Bus, Delay>, NoClock>;
 
-/// What the card needs of the chip.
-pub struct Resources {
-    pub spi: Peri<'static, SPI1>,
-    pub clock: Peri<'static, PA5>,
-    pub miso: Peri<'static, PA6>,
-    pub mosi: Peri<'static, PB5>,
-    pub select: Peri<'static, PD14>,
-}
-
 /// Files are distinguished by their numbers: at start the board does not know the date.
 struct NoClock;
 
@@ -100,8 +91,13 @@ struct LeftFile {
 
 impl Card {
     /// Sets up the bus; the card has to be in its socket by now.
-    pub fn new(resources: Resources) -> Self {
-        let Resources { spi, clock, miso, mosi, select } = resources;
+    pub fn new(
+        spi: Peri<'static, SPI1>,
+        clock: Peri<'static, PA5>,
+        miso: Peri<'static, PA6>,
+        mosi: Peri<'static, PB5>,
+        select: Peri<'static, PD14>,
+    ) -> Self {
         let spi = Spi::new_blocking(spi, clock, mosi, miso, Config::default());
         let select = Output::new(select, Level::High, Speed::High);
         let Ok(bus) = ExclusiveDevice::new(spi, select, Delay);

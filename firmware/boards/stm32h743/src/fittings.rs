@@ -19,15 +19,6 @@ use embassy_stm32::adc::{Adc, SampleTime};
 use embassy_stm32::gpio::{Flex, Input, Pull, Speed};
 use embassy_stm32::peripherals::{ADC1, PC0, PE9, PE11, PE13};
 
-/// The table's pins.
-pub struct Resources {
-    pub abort_line: Peri<'static, PE9>,
-    pub drop_weight: Peri<'static, PE11>,
-    pub leak: Peri<'static, PE13>,
-    pub supply: Peri<'static, PC0>,
-    pub adc: Peri<'static, ADC1>,
-}
-
 /// Reference over full scale, V: 16 bits.
 const VOLTS_PER_COUNT: f32 = 3.3 / 65_536.0;
 
@@ -41,8 +32,13 @@ pub struct FittedHardware {
 
 impl FittedHardware {
     /// By the parameters; outputs rest.
-    pub fn new(app: &App, resources: Resources) -> Self {
-        let Resources { abort_line, drop_weight, leak, supply, adc } = resources;
+    pub fn new(
+        app: &App,
+        abort_line: Peri<'static, PE9>,
+        drop_weight: Peri<'static, PE11>,
+        leak: Peri<'static, PE13>,
+        (adc, supply): (Peri<'static, ADC1>, Peri<'static, PC0>),
+    ) -> Self {
         let settings = &app.parameters().app.fittings;
         let dry = if settings.leak == Fitted::Low { Pull::Up } else { Pull::Down };
         // an output that acts low is high before it drives

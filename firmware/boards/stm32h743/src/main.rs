@@ -43,7 +43,7 @@ use backseat_app::store::{ParameterFlash, Response, RestartRecord, Start, kept_c
 use backseat_app::{App, Order, Progress, Pump, StepWatch};
 use backseat_app::{Recorder, poll_recorded, record_start};
 use backseat_wire::boardlog::LogRecord;
-use backseat_wire::hostlink::{Images, Oscillator, Refusal, ResetCause};
+use backseat_wire::hostlink::{Images, Oscillator, Port, Refusal, ResetCause};
 use backup::{BackupMemory, CrashSlots};
 use card::Card;
 use clocks::ClockSource;
@@ -56,6 +56,7 @@ use embassy_executor::{Executor, InterruptExecutor};
 use embassy_futures::select::{Either3, select3};
 use embassy_stm32::interrupt;
 use embassy_stm32::interrupt::{InterruptExt, Priority};
+use embassy_stm32::usart::Uart;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
 use embassy_sync::zerocopy_channel::{Channel, Sender};
@@ -65,7 +66,7 @@ use leds::Leds;
 use log::Log;
 use memory::Memory;
 use time::Clock;
-use uart::{SerialPort, Transmitter, Wiring};
+use uart::{Interrupts, SerialPort, Transmitter, config};
 use vitals::Vitals;
 use watchdog::Watchdog;
 
@@ -207,17 +208,16 @@ async fn start_and_store() {
     record_start(&mut log, app, restart, last.map(|last| last.encode()).as_ref().map_or(&[], |bytes| bytes));
     log.record(&LogRecord::Oscillator { time_us: 0, oscillator });
 
-    let resources = uart::Resources {
-        frontseat: Wiring { uart: p.USART2, rx: p.PD6, tx: p.PD5, receive: p.DMA1_CH0, transmit: p.DMA2_CH0 },
-        dvl: Wiring { uart: p.UART4, rx: p.PD0, tx: p.PD1, receive: p.DMA1_CH1, transmit: p.DMA2_CH1 },
-        ahrs: Wiring { uart: p.UART7, rx: p.PE7, tx: p.PE8, receive: p.DMA1_CH2, transmit: p.DMA2_CH2 },
-        modem: Wiring { uart: p.USART6, rx: p.PC7, tx: p.PC6, receive: p.DMA1_CH3, transmit: p.DMA2_CH3 },
-        host: Wiring { uart: p.USART3, rx: p.PD9, tx: p.PD8, receive: p.DMA1_CH4, transmit: p.DMA2_CH4 },
-    };
-    let (ports, transmitters) = uart::start(resources, dma);
-    let fittings =
-        fittings::Resources { abort_line: p.PE9, drop_weight: p.PE11, leak: p.PE13, supply: p.PC0, adc: p.ADC1 };
-    let fittings = FittedHardware::new(app, fittings);
+    // the README's pin table, in the order of the ports; the last one is the ST-LINK's virtual COM port
+    let uarts = [
+        Uart::new(p.USART2, p.PD6, p.PD5, p.DMA2_CH0, p.DMA1_CH0, Interrupts, config(Port::Frontseat)),
+        Uart::new(p.UART4, p.PD0, p.PD1, p.DMA2_CH1, p.DMA1_CH1, Interrupts, config(Port::Dvl)),
+        Uart::new(p.UART7, p.PE7, p.PE8, p.DMA2_CH2, p.DMA1_CH2, Interrupts, config(Port::Ahrs)),
+        Uart::new(p.USART6, p.PC7, p.PC6, p.DMA2_CH3, p.DMA1_CH3, Interrupts, config(Port::Modem)),
+        Uart::new(p.USART3, p.PD9, p.PD8, p.DMA2_CH4, p.DMA1_CH4, Interrupts, config(Port::Host)),
+    ];
+    let (ports, transmitters) = uart::start(uarts, dma);
+    let fittings = FittedHardware::new(app, p.PE9, p.PE11, p.PE13, (p.ADC1, p.PC0));
     let leds = Leds::new(p.PB0, p.PE1, p.PB14);
     let start_us = clock.now_us();
     defmt::info!("started in {=u64} us", start_us);
@@ -253,9 +253,12 @@ async fn start_and_store() {
     };
     spawner.spawn(defmt::unwrap!(run(board)));
 
-    let resources = card::Resources { spi: p.SPI1, clock: p.PA5, miso: p.PA6, mosi: p.PB5, select: p.PD14 };
     let mut looked = Instant::now();
-    let card = card.write(if restart.resets < CARD_RESETS { Card::new(resources) } else { Card::Absent });
+    let card = card.write(if restart.resets < CARD_RESETS {
+        Card::new(p.SPI1, p.PA5, p.PA6, p.PB5, p.PD14)
+    } else {
+        Card::Absent
+    });
     loop {
         // First: what the host waits for.
         let next = with_timeout(CARD_TICK, select3(from_app.receive(), supply::FALLS.wait(), ORDERS.wait())).await;

@@ -13,11 +13,11 @@ use core::task::{Context, Poll, Waker};
 use embassy_stm32::gpio::Pull;
 use embassy_stm32::mode::Async;
 use embassy_stm32::peripherals::{
-    DMA1_CH0, DMA1_CH1, DMA1_CH2, DMA1_CH3, DMA1_CH4, DMA2_CH0, DMA2_CH1, DMA2_CH2, DMA2_CH3, DMA2_CH4, PC6, PC7, PD0,
-    PD1, PD5, PD6, PD8, PD9, PE7, PE8, UART4, UART7, USART2, USART3, USART6,
+    DMA1_CH0, DMA1_CH1, DMA1_CH2, DMA1_CH3, DMA1_CH4, DMA2_CH0, DMA2_CH1, DMA2_CH2, DMA2_CH3, DMA2_CH4, UART4, UART7,
+    USART2, USART3, USART6,
 };
-use embassy_stm32::usart::{self, Config, RingBufferedUartRx, Uart, UartTx};
-use embassy_stm32::{Peri, PeripheralType, bind_interrupts, dma};
+use embassy_stm32::usart::{self, Config, ConfigError, RingBufferedUartRx, Uart, UartTx};
+use embassy_stm32::{bind_interrupts, dma};
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::pipe::Pipe;
 use embedded_io::{ErrorType, Read, ReadReady, Write, WriteReady};
@@ -31,7 +31,7 @@ type Outgoing = Pipe<CriticalSectionRawMutex, PIPE>;
 #[unsafe(link_section = ".bss.axisram.outgoing")]
 static OUTGOING: [Outgoing; 5] = [const { Pipe::new() }; 5];
 
-bind_interrupts!(struct Interrupts {
+bind_interrupts!(pub struct Interrupts {
     USART2 => usart::InterruptHandler<USART2>;
     UART4 => usart::InterruptHandler<UART4>;
     UART7 => usart::InterruptHandler<UART7>;
@@ -49,49 +49,20 @@ bind_interrupts!(struct Interrupts {
     DMA2_STREAM4 => dma::InterruptHandler<DMA2_CH4>;
 });
 
-/// What one port needs of the chip.
-pub struct Wiring<U, Rx, Tx, ReceiveDma, TransmitDma>
-where
-    U: PeripheralType + 'static,
-    Rx: PeripheralType + 'static,
-    Tx: PeripheralType + 'static,
-    ReceiveDma: PeripheralType + 'static,
-    TransmitDma: PeripheralType + 'static,
-{
-    pub uart: Peri<'static, U>,
-    pub rx: Peri<'static, Rx>,
-    pub tx: Peri<'static, Tx>,
-    pub receive: Peri<'static, ReceiveDma>,
-    pub transmit: Peri<'static, TransmitDma>,
+/// How a port is set up.
+pub fn config(port: Port) -> Config {
+    let mut config = Config::default();
+    config.baudrate = Port::DEFAULT_BAUD[port as usize];
+    // an open input rests instead of filling the ring with noise
+    config.rx_pull = Pull::Up;
+    config
 }
 
-/// The five of them; the README's pin table.
-pub struct Resources {
-    pub frontseat: Wiring<USART2, PD6, PD5, DMA1_CH0, DMA2_CH0>,
-    pub dvl: Wiring<UART4, PD0, PD1, DMA1_CH1, DMA2_CH1>,
-    pub ahrs: Wiring<UART7, PE7, PE8, DMA1_CH2, DMA2_CH2>,
-    pub modem: Wiring<USART6, PC7, PC6, DMA1_CH3, DMA2_CH3>,
-    /// The ST-LINK's virtual COM port.
-    pub host: Wiring<USART3, PD9, PD8, DMA1_CH4, DMA2_CH4>,
-}
-
-/// Sets up all five; in the order of [`Port::ALL`].
-pub fn start(resources: Resources, memory: &'static mut DmaMemory) -> ([SerialPort; 5], [Transmitter; 5]) {
-    let Resources { frontseat: f, dvl: d, ahrs: a, modem: m, host: h } = resources;
-    let config = |port: Port| {
-        let mut config = Config::default();
-        config.baudrate = Port::DEFAULT_BAUD[port as usize];
-        // an open input rests instead of filling the ring with noise
-        config.rx_pull = Pull::Up;
-        config
-    };
-    let uarts = [
-        Uart::new(f.uart, f.rx, f.tx, f.transmit, f.receive, Interrupts, config(Port::Frontseat)),
-        Uart::new(d.uart, d.rx, d.tx, d.transmit, d.receive, Interrupts, config(Port::Dvl)),
-        Uart::new(a.uart, a.rx, a.tx, a.transmit, a.receive, Interrupts, config(Port::Ahrs)),
-        Uart::new(m.uart, m.rx, m.tx, m.transmit, m.receive, Interrupts, config(Port::Modem)),
-        Uart::new(h.uart, h.rx, h.tx, h.transmit, h.receive, Interrupts, config(Port::Host)),
-    ];
+/// Sets all five going; in the order of [`Port::ALL`].
+pub fn start(
+    uarts: [Result<Uart<'static, Async>, ConfigError>; 5],
+    memory: &'static mut DmaMemory,
+) -> ([SerialPort; 5], [Transmitter; 5]) {
     let mut rings = memory.receive.iter_mut();
     let mut stages = memory.transmit.iter_mut();
     let mut outgoing = OUTGOING.iter();
