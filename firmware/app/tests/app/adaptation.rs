@@ -1,7 +1,7 @@
 //! The identifier runs when it may, and changes nothing that is in use.
 
 use crate::board::{Board, Direct, request_all};
-use crate::flight::parameters;
+use crate::flight::{parameters, start_along};
 use crate::world::World;
 use backseat_core::dynamics::{VehicleModel, VehicleParameters};
 use backseat_wire::hostlink::{Activity, Port, ToBoard, Visibility, Waypoint};
@@ -44,12 +44,7 @@ pub fn under_way(model: Option<VehicleModel>, settings: &[(&str, f64)]) -> (Worl
     parameters(&mut board, &[("app.use_dvl", 1.0)]);
     parameters(&mut board, settings);
     world.run(&mut board, 10);
-    let legs = legs();
-    request_all(&mut board, &[ToBoard::MissionBegin { count: legs.len() as u16 }]);
-    for (index, waypoint) in (0..).zip(legs) {
-        request_all(&mut board, &[ToBoard::MissionItem { index, waypoint }]);
-    }
-    request_all(&mut board, &[ToBoard::MissionCommit, ToBoard::MissionStart]);
+    start_along(&mut board, &legs());
     (world, board)
 }
 

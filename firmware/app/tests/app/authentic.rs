@@ -162,8 +162,7 @@ fn the_key_is_written_and_never_read() {
     request_all(&mut board, &[ToBoard::KeyBegin]);
     assert_eq!(board.heard().keys.pop(), Some(false));
     world.run(&mut board, 3);
-    board.request(&ToBoard::KeySet(Key::new(KEY)));
-    assert_eq!(board.heard().answers.pop(), Some(Err(Refusal::Sequence)), "two seconds are over");
+    assert_eq!(board.answer(&ToBoard::KeySet(Key::new(KEY))), Some(Err(Refusal::Sequence)), "two seconds are over");
     provision(&mut board, KEY);
     board.heard().keys.clear();
 
@@ -190,8 +189,7 @@ fn the_key_is_written_and_never_read() {
 fn no_key_is_taken_under_way() {
     let (_, mut board) = under_way();
     request_all(&mut board, &[ToBoard::KeyBegin]);
-    board.request(&ToBoard::KeySet(Key::new(KEY)));
-    assert_eq!(board.heard().answers.pop(), Some(Err(Refusal::UnderWay)));
+    assert_eq!(board.answer(&ToBoard::KeySet(Key::new(KEY))), Some(Err(Refusal::UnderWay)));
     assert!(!board.app().parameters().app.acoustic_key.is_set());
 }
 

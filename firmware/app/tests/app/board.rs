@@ -94,6 +94,12 @@ pub trait Board {
     fn step(&mut self, time_us: u64, pps_us: &[u64], arrivals: &[Arrival]) -> [Vec<u8>; 4];
     fn heard(&mut self) -> &mut Heard;
     fn app(&self) -> &App;
+
+    /// A request, and its answer if there is one yet.
+    fn answer(&mut self, message: &ToBoard<'_>) -> Option<Result<(), Refusal>> {
+        self.request(message);
+        self.heard().answers.pop()
+    }
 }
 
 /// Sends requests, signed by the board's key if it has one, and expects them to be carried out.

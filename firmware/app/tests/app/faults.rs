@@ -12,6 +12,12 @@ pub fn last(board: &mut Direct) -> Telemetry {
     board.heard().telemetry.last().cloned().expect("telemetry")
 }
 
+/// What the board shows.
+pub fn shown(board: &mut Direct) -> (Mode, ModeReason) {
+    let record = last(board);
+    (record.mode, record.reason)
+}
+
 /// A vehicle some seconds into its mission.
 pub fn under_way() -> (World, Direct) {
     let (mut world, mut board) = (World::new(), Direct::new(None));

@@ -12,13 +12,23 @@ pub const WAYPOINTS: [Waypoint; 4] = [
     Waypoint { x_m: 40.0, y_m: 40.0, depth_m: 3.0, speed_mps: 1.0 },
 ];
 
+/// Begins to load a mission: all its waypoints.
+pub fn load(board: &mut dyn Board, waypoints: &[Waypoint]) {
+    request_all(board, &[ToBoard::MissionBegin { count: waypoints.len() as u16 }]);
+    for (index, waypoint) in (0..).zip(waypoints) {
+        request_all(board, &[ToBoard::MissionItem { index, waypoint: *waypoint }]);
+    }
+}
+
+/// Loads and starts a mission.
+pub fn start_along(board: &mut dyn Board, waypoints: &[Waypoint]) {
+    load(board, waypoints);
+    request_all(board, &[ToBoard::MissionCommit, ToBoard::MissionStart]);
+}
+
 /// Loads and starts the mission.
 pub fn start(board: &mut dyn Board) {
-    request_all(board, &[ToBoard::MissionBegin { count: WAYPOINTS.len() as u16 }]);
-    for (index, waypoint) in (0..).zip(WAYPOINTS) {
-        request_all(board, &[ToBoard::MissionItem { index, waypoint }]);
-    }
-    request_all(board, &[ToBoard::MissionCommit, ToBoard::MissionStart]);
+    start_along(board, &WAYPOINTS);
 }
 
 pub fn parameters(board: &mut dyn Board, values: &[(&str, f64)]) {

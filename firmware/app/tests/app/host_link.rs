@@ -8,8 +8,7 @@ use backseat_core::parameters::Inconsistent;
 use backseat_wire::hostlink::{BoardLog, LogState, ModeReason, Port, Refusal, ToBoard, Waypoint};
 
 fn ask(board: &mut Direct, message: &ToBoard<'_>) -> Result<(), Refusal> {
-    board.request(message);
-    board.heard().answers.pop().expect("an answer")
+    board.answer(message).expect("an answer")
 }
 
 fn value_of(board: &mut Direct, name: &str) -> f64 {
@@ -45,8 +44,10 @@ fn a_parameter_transaction_is_all_or_nothing() {
     let Err(Refusal::Inconsistent { rule }) = refused else { panic!("{refused:?}") };
     assert!(Inconsistent::of_rule(rule).unwrap().parameters().contains(&"app.cruise_speed_mps"));
     assert_eq!(value_of(&mut board, "propeller.omega_max_radps"), 200.0);
-    board.request(&ToBoard::ParameterGet { index: PARAMETERS.len() as u16 });
-    assert_eq!(board.heard().answers.pop(), Some(Err(Refusal::UnknownParameter)));
+    assert_eq!(
+        board.answer(&ToBoard::ParameterGet { index: PARAMETERS.len() as u16 }),
+        Some(Err(Refusal::UnknownParameter))
+    );
 }
 
 #[test]

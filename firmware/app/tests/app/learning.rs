@@ -83,8 +83,7 @@ fn correlations_of_no_covariance_are_refused() {
     {
         request_all(&mut board, &[ToBoard::ParameterSet { name, value }]);
     }
-    board.request(&ToBoard::ParameterCommit);
-    assert!(board.heard().answers.pop().unwrap().is_err());
+    assert!(board.answer(&ToBoard::ParameterCommit).unwrap().is_err());
     assert_eq!(board.app().parameters().learnt, Learnt::NONE);
 }
 

@@ -33,8 +33,7 @@ fn a_step_waits_for_exactly_its_bytes() {
 fn requests_between_steps_are_answered_at_once() {
     let mut board = Pumped::new();
     board.step(0, &[], &[]);
-    board.request(&ToBoard::Hello);
-    assert_eq!(board.heard().answers.pop(), Some(Ok(())));
+    assert_eq!(board.answer(&ToBoard::Hello), Some(Ok(())));
     board.step(100_000, &[], &[]);
     // a step that goes back does nothing, but is answered
     let digest = board.app.digest();

@@ -1,8 +1,8 @@
 //! Every transition of docs/method/modes.md that no other test shows, and what a mode means for the commands.
 
 use crate::board::{Arrival, Board, Direct, Heard, request_all};
-use crate::faults::{last, under_way};
-use crate::flight::{parameters, start};
+use crate::faults::{last, shown, under_way};
+use crate::flight::{parameters, start, start_along};
 use crate::world::{STEP_US, UNITS, World};
 use backseat_app::App;
 use backseat_core::state::Z;
@@ -10,12 +10,6 @@ use backseat_wire::hostlink::{Mode, ModeReason, Port, Refusal, ToBoard, Waypoint
 use backseat_wire::iver::servo::ServoCalibration;
 use backseat_wire::iver::{FrontseatMode, ServoBytes, Steer, ToFrontseat};
 use backseat_wire::nmea::{Checksum, Framer};
-
-/// What the board shows.
-fn shown(board: &mut Direct) -> (Mode, ModeReason) {
-    let record = last(board);
-    (record.mode, record.reason)
-}
 
 fn leg(board: &mut Direct) -> Option<u16> {
     last(board).leg
@@ -95,8 +89,7 @@ fn without_a_mission_a_missing_source_is_safe_until_it_is_back() {
         for reason in way {
             until(&mut world, &mut board, (Mode::Safe, *reason), 12);
         }
-        board.request(&ToBoard::MissionStart);
-        assert!(board.heard().answers.pop().unwrap().is_err());
+        assert!(board.answer(&ToBoard::MissionStart).unwrap().is_err());
         world.silent[port as usize] = false;
         let way = until(&mut world, &mut board, NAVIGATING, 5);
         assert_eq!(way.len(), 2, "{way:?}");
@@ -141,8 +134,7 @@ fn an_uncertain_position_degrades_and_then_ends_the_mission() {
     let lost = (Mode::Lost, ModeReason::PositionUncertain);
     assert_eq!((shown(&mut board), leg(&mut board)), (lost, None));
     assert_eq!((world.last_servo, world.stops), (ServoBytes::NEUTRAL, 1));
-    board.request(&ToBoard::MissionStart);
-    assert_eq!(board.heard().answers.pop(), Some(Err(Refusal::NotReady)), "while it is lost");
+    assert_eq!(board.answer(&ToBoard::MissionStart), Some(Err(Refusal::NotReady)), "while it is lost");
 
     // the position is believed again: what ended the mission stays to be seen until the next start
     parameters(&mut board, &[("app.lost_sigma_m", 1000.0)]);
@@ -176,8 +168,11 @@ fn a_suspect_depth_degrades_and_then_ends_the_mission() {
     assert_eq!((leg(&mut board), world.last_servo), (None, ServoBytes::NEUTRAL), "there is no depth to steer by");
     world.run(&mut board, 10);
     assert!(last(&mut board).sigma[Z] > 1.5, "suspicion grows: {}", last(&mut board).sigma[Z]);
-    board.request(&ToBoard::MissionStart);
-    assert_eq!(board.heard().answers.pop(), Some(Err(Refusal::NotReady)), "that its readings agree is not enough");
+    assert_eq!(
+        board.answer(&ToBoard::MissionStart),
+        Some(Err(Refusal::NotReady)),
+        "that its readings agree is not enough"
+    );
     let mut seconds = 0;
     while board.app().mode().0 == Mode::Safe && seconds < 60 {
         world.run(&mut board, 1);
@@ -240,16 +235,7 @@ fn a_stop_disarms_a_mission_that_waits() {
 fn a_mission_flown_to_its_end_leaves_the_frontseat_to_its_timeout() {
     let (mut world, mut board) = (World::new(), Direct::new(None));
     until(&mut world, &mut board, NAVIGATING, 10);
-    let waypoint = Waypoint { x_m: -20.0, y_m: 5.0, depth_m: 0.0, speed_mps: 1.0 };
-    request_all(
-        &mut board,
-        &[
-            ToBoard::MissionBegin { count: 1 },
-            ToBoard::MissionItem { index: 0, waypoint },
-            ToBoard::MissionCommit,
-            ToBoard::MissionStart,
-        ],
-    );
+    start_along(&mut board, &[Waypoint { x_m: -20.0, y_m: 5.0, depth_m: 0.0, speed_mps: 1.0 }]);
     world.run(&mut board, 1);
     assert_eq!(leg(&mut board), Some(0));
     while leg(&mut board).is_some() {

@@ -1,38 +1,27 @@
 //! Parameters that are kept, and carrying on after a reset.
 
 use crate::board::{Board, Direct, request_all};
+use crate::faults::last;
 use crate::flight::start;
 use crate::world::{START_S, World};
 use backseat_app::parameters::Settings;
 use backseat_app::store::{Response, RestartRecord, coast_m};
 use backseat_core::state::{X, Y, Z};
-use backseat_wire::hostlink::{
-    Crash, KeptCrash, Mode, ModeReason, Port, Refusal, ResetCause, Restart, Telemetry, ToBoard,
-};
+use backseat_wire::hostlink::{Crash, KeptCrash, Mode, ModeReason, Port, Refusal, ResetCause, Restart, ToBoard};
 
 const STORE: ToBoard<'_> = ToBoard::ParameterStore;
-
-/// The answer, if there is one yet.
-fn ask(board: &mut Direct, message: &ToBoard<'_>) -> Option<Result<(), Refusal>> {
-    board.request(message);
-    board.heard().answers.pop()
-}
-
-fn last(board: &mut Direct) -> Telemetry {
-    board.heard().telemetry.last().expect("a step").clone()
-}
 
 #[test]
 fn storing_is_answered_when_it_is_done() {
     let (mut world, mut board) = (World::new(), Direct::new(None));
-    assert_eq!(ask(&mut board, &STORE), Some(Err(Refusal::NoStore)));
+    assert_eq!(board.answer(&STORE), Some(Err(Refusal::NoStore)));
     assert!(board.app_mut().restore(None));
     world.run(&mut board, 8);
     for (kept, answer) in [(true, Ok(())), (false, Err(Refusal::StoreFailed))] {
         assert_eq!(board.app().to_store(), None);
-        assert_eq!(ask(&mut board, &STORE), None);
+        assert_eq!(board.answer(&STORE), None);
         assert_eq!(board.app().to_store(), Some(&Settings::DEFAULT));
-        assert_eq!(ask(&mut board, &STORE), Some(Err(Refusal::NoStore)));
+        assert_eq!(board.answer(&STORE), Some(Err(Refusal::NoStore)));
         board.app_mut().stored(kept);
         world.run(&mut board, 1);
         assert_eq!(board.heard().answers.pop(), Some(answer));
@@ -45,18 +34,18 @@ fn no_mission_while_storing_and_no_storing_while_a_mission_runs() {
     board.app_mut().restore(None);
     world.run(&mut board, 8);
     start(&mut board);
-    assert_eq!(ask(&mut board, &STORE), Some(Err(Refusal::UnderWay)));
+    assert_eq!(board.answer(&STORE), Some(Err(Refusal::UnderWay)));
     world.run(&mut board, 2);
     assert!(board.app().is_under_way());
-    assert_eq!(ask(&mut board, &STORE), Some(Err(Refusal::UnderWay)));
+    assert_eq!(board.answer(&STORE), Some(Err(Refusal::UnderWay)));
     request_all(&mut board, &[ToBoard::MissionStop]);
     world.run(&mut board, 1);
-    assert_eq!(ask(&mut board, &STORE), None);
-    assert_eq!(ask(&mut board, &ToBoard::MissionStart), Some(Err(Refusal::NotReady)));
+    assert_eq!(board.answer(&STORE), None);
+    assert_eq!(board.answer(&ToBoard::MissionStart), Some(Err(Refusal::NotReady)));
     board.app_mut().stored(true);
     world.run(&mut board, 1);
     board.heard().answers.clear();
-    assert_eq!(ask(&mut board, &ToBoard::MissionStart), Some(Ok(())));
+    assert_eq!(board.answer(&ToBoard::MissionStart), Some(Ok(())));
 }
 
 #[test]
@@ -65,7 +54,7 @@ fn a_stored_set_is_taken_up_and_one_that_does_not_fit_is_not() {
     settings.app.installation.sound_speed_mps = 1480.0;
     let mut board = Direct::new(None);
     assert!(board.app_mut().restore(Some(&settings)));
-    assert_eq!(ask(&mut board, &STORE), None);
+    assert_eq!(board.answer(&STORE), None);
     assert_eq!(board.app().to_store(), Some(&settings));
 
     // in range one by one, but the vehicle does not reach the cruise speed
@@ -73,7 +62,7 @@ fn a_stored_set_is_taken_up_and_one_that_does_not_fit_is_not() {
     settings.control.cruise_speed_mps = 3.0;
     let mut board = Direct::new(None);
     assert!(!board.app_mut().restore(Some(&settings)));
-    assert_eq!(ask(&mut board, &STORE), None);
+    assert_eq!(board.answer(&STORE), None);
     assert_eq!(board.app().to_store(), Some(&Settings::DEFAULT));
 }
 
@@ -175,8 +164,7 @@ fn too_many_resets_end_in_safe_mode_until_the_operator_starts_again() {
     assert_eq!(board.app().waiting(Port::Frontseat), 0);
     // a start alone does not brush the resets aside: the operator's stop says that they are known
     request_all(&mut board, &[ToBoard::MissionBegin { count: 1 }]);
-    board.request(&ToBoard::MissionStart);
-    assert!(board.heard().answers.pop().unwrap().is_err());
+    assert!(board.answer(&ToBoard::MissionStart).unwrap().is_err());
     request_all(&mut board, &[ToBoard::MissionStop]);
     world.run(&mut board, 1);
     let record = last(&mut board);

@@ -1,8 +1,8 @@
 //! The limits of safety, each with the action that follows; `firmware/app/src/safety` has the ladder itself.
 
 use crate::board::{Board, Direct, request_all};
-use crate::faults::last;
-use crate::flight::{WAYPOINTS, parameters, start};
+use crate::faults::{last, shown};
+use crate::flight::{WAYPOINTS, load, parameters, start, start_along};
 use crate::world::World;
 use backseat_core::state::{X, Y, Z};
 use backseat_wire::hostlink::{Mode, ModeReason, Refusal, ToBoard, Waypoint};
@@ -11,21 +11,12 @@ use backseat_wire::iver::ServoBytes;
 /// A straight survey leg of two kilometres at 3 m.
 const LONG: [Waypoint; 2] = [WAYPOINTS[0], Waypoint { x_m: 2000.0, y_m: 0.0, depth_m: 3.0, speed_mps: 1.0 }];
 
-fn put(board: &mut Direct, waypoints: &[Waypoint]) {
-    request_all(board, &[ToBoard::MissionBegin { count: waypoints.len() as u16 }]);
-    for (index, waypoint) in (0..).zip(waypoints) {
-        request_all(board, &[ToBoard::MissionItem { index, waypoint: *waypoint }]);
-    }
-    request_all(board, &[ToBoard::MissionCommit]);
-}
-
 /// Under way along [`LONG`] for so many seconds, with these parameters.
 fn flying(values: &[(&str, f64)], seconds: u64) -> (World, Direct) {
     let (mut world, mut board) = (World::new(), Direct::new(None));
     parameters(&mut board, values);
     world.run(&mut board, 10);
-    put(&mut board, &LONG);
-    request_all(&mut board, &[ToBoard::MissionStart]);
+    start_along(&mut board, &LONG);
     world.run(&mut board, seconds);
     let record = last(&mut board);
     assert_eq!((record.mode, record.reason), (Mode::Navigating, ModeReason::Nominal), "before anything happens");
@@ -45,11 +36,6 @@ fn until_ended(world: &mut World, board: &mut Direct, seconds: u64, mut change: 
     panic!("the mission goes on after {seconds} s: {:?} at {:.1} m", last(board).reason, world.x[Z]);
 }
 
-fn shown(board: &mut Direct) -> (Mode, ModeReason) {
-    let record = last(board);
-    (record.mode, record.reason)
-}
-
 /// The frontseat was told to stop, and has a neutral vehicle.
 fn stopped(world: &mut World, board: &mut Direct, reason: ModeReason) {
     assert_eq!(shown(board), (Mode::Safe, reason));
@@ -66,12 +52,10 @@ fn a_leak_and_a_flat_battery_are_asked_for() {
     let took_s = until_ended(&mut world, &mut board, 15, |_, _| {});
     assert!(took_s < 11.0, "asked for every ten seconds: {took_s}");
     stopped(&mut world, &mut board, ModeReason::Leak);
-    board.request(&ToBoard::MissionStart);
-    assert_eq!(board.heard().answers.pop(), Some(Err(Refusal::Unsafe(ModeReason::Leak))));
+    assert_eq!(board.answer(&ToBoard::MissionStart), Some(Err(Refusal::Unsafe(ModeReason::Leak))));
     (world.leak, world.charge_percent) = (false, 5.0);
     world.run(&mut board, 11);
-    board.request(&ToBoard::MissionStart);
-    assert_eq!(board.heard().answers.pop(), Some(Err(Refusal::Unsafe(ModeReason::BatteryLow))));
+    assert_eq!(board.answer(&ToBoard::MissionStart), Some(Err(Refusal::Unsafe(ModeReason::BatteryLow))));
 }
 
 /// Low battery: straight back to where the mission began, at the surface, and a stop there.
@@ -91,8 +75,7 @@ fn a_low_battery_brings_the_vehicle_back() {
     // there is no mission left that could be started by mistake
     world.charge_percent = 90.0;
     world.run(&mut board, 11);
-    board.request(&ToBoard::MissionStart);
-    assert_eq!(board.heard().answers.pop(), Some(Err(Refusal::Sequence)));
+    assert_eq!(board.answer(&ToBoard::MissionStart), Some(Err(Refusal::Sequence)));
 }
 
 #[test]
@@ -171,21 +154,18 @@ fn a_fence_is_kept_at_upload_and_under_way() {
     until_ended(&mut world, &mut board, 120, |_, _| {});
     assert!((80.0..90.0).contains(&world.x[X]), "{}", world.x[X]);
     stopped(&mut world, &mut board, ModeReason::OutsideFence);
-    board.request(&ToBoard::MissionStart);
-    assert_eq!(board.heard().answers.pop(), Some(Err(Refusal::Unsafe(ModeReason::OutsideFence))));
+    assert_eq!(board.answer(&ToBoard::MissionStart), Some(Err(Refusal::Unsafe(ModeReason::OutsideFence))));
 }
 
 #[test]
 fn a_far_first_waypoint_is_refused_at_start_or_when_it_would_begin() {
     let far = [Waypoint { x_m: 2100.0, ..WAYPOINTS[0] }];
     let (mut world, mut board) = (World::new(), Direct::new(None));
-    put(&mut board, &far);
-    request_all(&mut board, &[ToBoard::MissionStart]);
+    start_along(&mut board, &far);
     world.run(&mut board, 10);
     assert_eq!(shown(&mut board), (Mode::Safe, ModeReason::FirstLegTooLong));
     assert_eq!((last(&mut board).leg, world.servos), (None, 0), "armed before the position was known");
-    board.request(&ToBoard::MissionStart);
-    assert_eq!(board.heard().answers.pop(), Some(Err(Refusal::Unsafe(ModeReason::FirstLegTooLong))));
+    assert_eq!(board.answer(&ToBoard::MissionStart), Some(Err(Refusal::Unsafe(ModeReason::FirstLegTooLong))));
 }
 
 #[test]
@@ -203,8 +183,7 @@ fn legs_and_missions_have_their_time() {
     let (mut world, mut board) = (World::new(), Direct::new(None));
     parameters(&mut board, &[("safety.leg_time_factor", 1.0)]);
     world.run(&mut board, 10);
-    put(&mut board, &[Waypoint { x_m: 570.0, y_m: 5.0, depth_m: 3.0, speed_mps: 3.0 }]);
-    request_all(&mut board, &[ToBoard::MissionStart]);
+    start_along(&mut board, &[Waypoint { x_m: 570.0, y_m: 5.0, depth_m: 3.0, speed_mps: 3.0 }]);
     let took_s = until_ended(&mut world, &mut board, 400, |_, _| {});
     assert!((259.0..262.0).contains(&took_s), "{took_s}");
     stopped(&mut world, &mut board, ModeReason::LegTooLong);
@@ -270,23 +249,18 @@ fn lasting_degradation_ends_the_mission() {
     let (mut world, mut board) = (World::new(), Direct::new(None));
     parameters(&mut board, &values);
     world.run(&mut board, 10);
-    put(&mut board, &LONG);
-    request_all(&mut board, &[ToBoard::MissionStart]);
+    start_along(&mut board, &LONG);
     world.silent[backseat_wire::hostlink::Port::Modem as usize] = true;
     until_ended(&mut world, &mut board, 600, |_, _| {});
     stopped(&mut world, &mut board, ModeReason::DegradedTooLong);
 }
 
 fn put_fenced(board: &mut Direct, waypoints: &[Waypoint], corners_m: &[[f64; 2]]) -> Option<Result<(), Refusal>> {
-    request_all(board, &[ToBoard::MissionBegin { count: waypoints.len() as u16 }]);
-    for (index, waypoint) in (0..).zip(waypoints) {
-        request_all(board, &[ToBoard::MissionItem { index, waypoint: *waypoint }]);
-    }
+    load(board, waypoints);
     for (index, corner_m) in (0..).zip(corners_m) {
         request_all(board, &[ToBoard::FenceCorner { index, count: corners_m.len() as u8, corner_m: *corner_m }]);
     }
-    board.request(&ToBoard::MissionCommit);
-    board.heard().answers.pop()
+    board.answer(&ToBoard::MissionCommit)
 }
 
 /// Around [`LONG`], with room for its start at x = -30 m.
@@ -303,13 +277,11 @@ fn a_polygon_is_kept_at_upload_at_start_and_under_way() {
     let notched = [FENCE[0], FENCE[1], FENCE[2], [1000.0, 50.0], [990.0, -10.0], [980.0, 50.0], FENCE[3]];
     assert_eq!(put_fenced(&mut board, &LONG, &notched), outside);
     assert_eq!(put_fenced(&mut board, &LONG, &FENCE[..2]), Some(Err(Refusal::Fence)));
-    board.request(&ToBoard::MissionStart);
-    assert_eq!(board.heard().answers.pop(), Some(Err(Refusal::Fence)), "there is no mission");
+    assert_eq!(board.answer(&ToBoard::MissionStart), Some(Err(Refusal::Fence)), "there is no mission");
     // at start: the vehicle itself is outside
     let ahead = FENCE.map(|[x_m, y_m]| [x_m.max(-25.0), y_m]);
     assert_eq!(put_fenced(&mut board, &LONG, &ahead), Some(Ok(())));
-    board.request(&ToBoard::MissionStart);
-    assert_eq!(board.heard().answers.pop(), outside);
+    assert_eq!(board.answer(&ToBoard::MissionStart), outside);
     // under way: a current that sets in carries it across the edge before it is known
     let narrow = FENCE.map(|[x_m, y_m]| [x_m, y_m.min(8.0)]);
     let surfaced = Waypoint { x_m: 1900.0, y_m: 5.0, depth_m: 0.0, speed_mps: 1.0 };

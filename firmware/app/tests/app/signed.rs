@@ -48,8 +48,7 @@ fn signed(
 ) -> Option<Result<(), Refusal>> {
     let mut buffer = [0; MAX_MESSAGE];
     let signed = Signed::new(request, &key, challenge, counter, &mut buffer).unwrap();
-    board.request(&ToBoard::Signed(signed));
-    board.heard().answers.pop()
+    board.answer(&ToBoard::Signed(signed))
 }
 
 /// A board at rest with the key, and its world.
@@ -92,13 +91,11 @@ fn without_the_key_nothing_changes() {
     let mut refused = 0;
     for demand in demands() {
         assert!(demand.changes_a_flight(), "{demand:?}");
-        board.request(&demand);
-        assert_eq!(board.heard().answers.pop(), Some(Err(Refusal::Unsigned)), "{demand:?}");
+        assert_eq!(board.answer(&demand), Some(Err(Refusal::Unsigned)), "{demand:?}");
         // a key that is not the board's, and a code that is a guess
         assert_eq!(signed(&mut board, &demand, OTHER, CHALLENGE, 1000), Some(Err(Refusal::Forged)), "{demand:?}");
         let guess = Signed { counter: 1000, code: 0, request: &[8] };
-        board.request(&ToBoard::Signed(guess));
-        assert_eq!(board.heard().answers.pop(), Some(Err(Refusal::Forged)));
+        assert_eq!(board.answer(&ToBoard::Signed(guess)), Some(Err(Refusal::Forged)));
         refused += 3;
         world.run(&mut board, 1);
         assert!(last(&mut board).leg.is_some(), "{demand:?}");
@@ -173,13 +170,11 @@ fn the_clock_is_lent_to_whoever_has_the_key() {
             fittings: Default::default(),
         })
     };
-    board.request(&step(0));
-    assert_eq!(board.heard().answers.pop(), Some(Err(Refusal::Unsigned)));
+    assert_eq!(board.answer(&step(0)), Some(Err(Refusal::Unsigned)));
     assert!(!board.pump.is_lockstep());
     signed(&mut board, &step(0), KEY, 0, 1);
     assert!(board.pump.is_lockstep());
-    board.request(&step(100_000));
-    assert_eq!(board.heard().answers.pop(), Some(Err(Refusal::Unsigned)), "and each step");
+    assert_eq!(board.answer(&step(100_000)), Some(Err(Refusal::Unsigned)), "and each step");
     signed(&mut board, &step(100_000), KEY, 0, 2);
     assert_eq!(board.heard().done.last().map(|done| done.time_us), Some(100_000));
 }
