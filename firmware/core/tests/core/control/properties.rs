@@ -18,16 +18,21 @@ fn model() -> VehicleModel {
     VehicleModel::new(&VehicleParameters::IVER3).unwrap()
 }
 
+/// A controller that has the reference survey to fly.
+fn surveying(config: &ControlConfig) -> Box<Controller> {
+    let mut controller = Box::new(Controller::new());
+    controller.configure(config, &model()).unwrap();
+    controller.set_mission(&Mission::lawnmower(&Lawnmower::REFERENCE).unwrap());
+    controller
+}
+
 #[test]
 fn any_state_gives_a_command_within_limits() {
-    let mission = Mission::lawnmower(&Lawnmower::REFERENCE).unwrap();
     for law in [ControlLaw::Pd, ControlLaw::Lqr, ControlLaw::LqrOnReference] {
         for allocation in [AllocationMethod::Decoupled, AllocationMethod::SixDof] {
             let mut scatter = Random(7);
             let config = ControlConfig { law, allocation, ..ControlConfig::REFERENCE };
-            let mut controller = Box::new(Controller::new());
-            controller.configure(&config, &model()).unwrap();
-            controller.set_mission(&mission);
+            let mut controller = surveying(&config);
             controller.start(&VehicleState::zeros()).unwrap();
             let mut last = ActuatorInput::default();
             for step in 0..2000u64 {
@@ -50,9 +55,7 @@ fn any_state_gives_a_command_within_limits() {
 
 #[test]
 fn nan_state_goes_to_neutral() {
-    let mut controller = Box::new(Controller::new());
-    controller.configure(&ControlConfig::REFERENCE, &model()).unwrap();
-    controller.set_mission(&Mission::lawnmower(&Lawnmower::REFERENCE).unwrap());
+    let mut controller = surveying(&ControlConfig::REFERENCE);
     let mut x = VehicleState::zeros();
     x[state::U] = 1.0;
     x[state::PSI] = 1.0;
@@ -89,9 +92,7 @@ fn idle_unconfigured_and_finished_are_neutral() {
 
 #[test]
 fn time_that_stands_still_or_jumps_moves_no_fin_too_far() {
-    let mut controller = Box::new(Controller::new());
-    controller.configure(&ControlConfig::REFERENCE, &model()).unwrap();
-    controller.set_mission(&Mission::lawnmower(&Lawnmower::REFERENCE).unwrap());
+    let mut controller = surveying(&ControlConfig::REFERENCE);
     let mut x = VehicleState::zeros();
     x[state::U] = 1.0;
     x[state::PSI] = 2.0;

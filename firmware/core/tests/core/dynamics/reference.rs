@@ -1,11 +1,12 @@
 //! Against the independent implementation's numbers (tests/data/README.md).
 
 use super::support::{assert_close, ident, input, matrix, model, numbers};
+use crate::shared::{IDENT_FIN, VEHICLE};
 use backseat_core::dynamics::{
-    ActuatorInput, Attitude, FinGeometry, VehicleModel, VehicleParameters, coriolis_by_velocity, kinematic_linearise,
+    ActuatorInput, Attitude, VehicleModel, VehicleParameters, coriolis_by_velocity, kinematic_linearise,
 };
 use backseat_core::state::VehicleState;
-use nalgebra::{Vector3, Vector6};
+use nalgebra::Vector6;
 use serde_json::Value;
 
 /// The same formulas in another language and order of operations: rounding only.
@@ -96,52 +97,15 @@ fn val_lqr_system_matrix_matches_nav_vectors() {
     assert_close(&linearised.F().transpose(), &matrix(&case["A"]), ROUNDING, "A");
 }
 
-/// The vehicle of ident_vectors.json. Its fins stand in the order right, top, left, bottom in passive
-/// frames: φ_active = −φ_passive, δ_active = −δ_passive.
-fn ident_parameters(ident: &Value) -> VehicleParameters {
-    let theta = numbers(&ident["theta"]);
-    let fins = matrix(&ident["fins"]);
-    let fin = |theirs: usize| FinGeometry {
-        phi_rad: -fins[5 * theirs],
-        cp_m: [fins[5 * theirs + 1], fins[5 * theirs + 2], fins[5 * theirs + 3]],
-        gain: 1.0,
-    };
-    let six = |from: usize| core::array::from_fn(|i| theta[from + i]);
-    VehicleParameters {
-        length_m: 2.16,
-        mass_kg: 38.0,
-        displaced_mass_kg: 38.3,
-        m_diag: six(0),
-        quadratic_diag: six(6),
-        fins: [fin(1), fin(3), fin(2), fin(0)],
-        fin_area_m2: 0.011,
-        cd: [theta[16], theta[17]],
-        cl: [theta[18], theta[19]],
-        beta5_n_s2_per_rad2: theta[20],
-        omega_max_radps: 190.0,
-        stall_rad: core::f64::consts::PI, // the source has none
-        ..VehicleParameters::IVER3
-    }
-}
-
-/// Where [top, bottom, port, starboard] stand in ident_vectors.json.
-const IDENT_FIN: [usize; 4] = [1, 3, 2, 0];
-
 #[test]
 fn val_every_term_matches_ident_vectors() {
     let ident = ident();
-    let parameters = ident_parameters(&ident);
-    let plain = model(&parameters);
-    let crossed = model(&VehicleParameters { d26: 6.0, d35: -4.0, ..parameters });
+    let plain = model(&VEHICLE);
+    let crossed = model(&VehicleParameters { d26: 6.0, d35: -4.0, ..VEHICLE });
     let states = ident["states"].as_array().expect("states");
     assert_eq!(states.len(), 20);
     for state in states {
-        let v = Vector6::from_column_slice(&numbers(&state["v"]));
-        let angle = |name: &str| state[name].as_f64().expect("a number");
-        let euler = Vector3::new(angle("phi"), angle("theta"), angle("psi"));
-        let delta = numbers(&state["delta_frame"]);
-        let input =
-            ActuatorInput { propeller_radps: angle("omega_p"), fins_rad: IDENT_FIN.map(|theirs| -delta[theirs]) };
+        let (v, euler, input) = crate::shared::state(state);
         let attitude = Attitude::new(&euler);
 
         assert_close(&attitude.down(), &numbers(&state["s_RT_e3"]), ROUNDING, "s");
@@ -173,7 +137,7 @@ fn val_every_term_matches_ident_vectors() {
 fn val_coriolis_derivative_holds_the_coriolis_matrix() {
     // ad(v) M v is homogeneous of degree two: its derivative times v is twice the product (Euler).
     let ident = ident();
-    let m = ident_parameters(&ident).m_diag;
+    let m = VEHICLE.m_diag;
     for state in ident["states"].as_array().expect("states") {
         let v = Vector6::from_column_slice(&numbers(&state["v"]));
         let twice = numbers(&state["coriolis_product"]).iter().map(|value| 2.0 * value).collect::<Vec<_>>();

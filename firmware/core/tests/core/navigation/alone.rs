@@ -1,14 +1,13 @@
 //! While no position and no velocity is heard.
 
-use super::support::{CRUISE, initial, navigator};
+use super::support::{CRUISE, started};
 use backseat_core::navigation::{Measurement, NavigationConfig, Navigator};
 
 #[test]
 fn depth_alone_does_not_teach_the_speed() {
     let mut config = NavigationConfig::REFERENCE;
     config.make_robust();
-    let mut navigator = navigator(&config);
-    navigator.initialise(0, &initial()).unwrap();
+    let mut navigator = started(&config);
     let sigma = |navigator: &Navigator| navigator.main().effect_state("log_factor", "d11").unwrap().1;
     let mut before = 0.0;
     for second in 1..=600 {

@@ -192,9 +192,7 @@ fn val_bridge_over_seconds_is_as_uncertain_as_it_says() {
         navigator.predict(3_000_000, &CRUISE).unwrap();
         let clone = navigator.clone_vehicle().unwrap();
         navigator.predict(5_000_000, &CRUISE).unwrap();
-        let report =
-            ShipReport { position_m: ship, velocity_mps: [0.0; 2], position_sigma_m: 0.0, velocity_sigma_mps: 0.0 };
-        let path = AcousticPath { vehicle: VehicleEnd::Delayed { clone, bridge_s }, ship: ShipEnd::Reported(report) };
+        let path = AcousticPath { vehicle: VehicleEnd::Delayed { clone, bridge_s }, ..reported(still(ship, [0.0; 2])) };
         let range_m = at_event + config.sensors.range_m * noise.normal();
         let fusions = navigator.fuse(&Measurement::Range { path, range_m });
         // Backwards, the clone's own velocity already holds the noise of the bridge.
@@ -218,13 +216,8 @@ fn bridge_adds_the_variance_of_white_acceleration() {
         initial.sigma *= 1e-6;
         navigator.initialise(0, &initial).unwrap();
         let clone = navigator.clone_vehicle().unwrap();
-        let report = ShipReport {
-            position_m: [500.0, 0.0],
-            velocity_mps: [0.0; 2],
-            position_sigma_m: 0.0,
-            velocity_sigma_mps: 0.0,
-        };
-        let path = AcousticPath { vehicle: VehicleEnd::Delayed { clone, bridge_s }, ship: ShipEnd::Reported(report) };
+        let vehicle = VehicleEnd::Delayed { clone, bridge_s };
+        let path = AcousticPath { vehicle, ..reported(still([500.0, 0.0], [0.0; 2])) };
         let range = navigator.fuse(&Measurement::Range { path, range_m: 499.0 });
         range.iter().next().unwrap().variance
     };

@@ -11,11 +11,7 @@ fn current() -> EffectStates {
 }
 
 fn report(ship: [f64; 2]) -> ShipReport {
-    ShipReport { position_m: ship, velocity_mps: [0.0; 2], position_sigma_m: 0.5, velocity_sigma_mps: 0.1 }
-}
-
-fn reported(ship: [f64; 2]) -> AcousticPath {
-    AcousticPath { vehicle: VehicleEnd::Now, ship: ShipEnd::Reported(report(ship)) }
+    still(ship, [0.5, 0.1])
 }
 
 /// Smallest pivot of the correlation matrix' Cholesky factorisation.
@@ -43,8 +39,7 @@ fn smallest_pivot(navigator: &Navigator) -> f64 {
 /// Random steps, measurements near the estimate and far from it, clones taken and dropped.
 fn random_walk(steps: usize, seed: u64, mut check: impl FnMut(&Navigator, usize)) -> Box<Navigator> {
     let config = NavigationConfig { effect_states: current(), ..NavigationConfig::REFERENCE };
-    let mut navigator = navigator(&config);
-    navigator.initialise(0, &initial()).unwrap();
+    let mut navigator = started(&config);
     let mut noise = Noise(seed);
     let mut clones = Vec::new();
     for step in 0..steps {
@@ -139,8 +134,7 @@ fn same_input_same_digest_and_any_change_shows() {
 
 #[test]
 fn what_is_not_finite_leaves_no_trace() {
-    let mut navigator = navigator(&NavigationConfig { effect_states: current(), ..NavigationConfig::REFERENCE });
-    navigator.initialise(0, &initial()).unwrap();
+    let mut navigator = started(&NavigationConfig { effect_states: current(), ..NavigationConfig::REFERENCE });
     let clone = navigator.clone_vehicle().unwrap();
     let before = navigator.digest();
     let bad_report = ShipReport { position_sigma_m: f64::NAN, ..report([300.0, 0.0]) };
@@ -159,15 +153,12 @@ fn what_is_not_finite_leaves_no_trace() {
         Measurement::WaterTrack { velocity_mps: [nan, 0.0, 0.0] },
         Measurement::VehicleGnss { position_m: [0.0, nan] },
         Measurement::ShipGnss { position_m: [0.0, 0.0] },
-        Measurement::Range { path: reported([nan, 0.0]), range_m: 10.0 },
-        Measurement::Range { path: reported([300.0, 0.0]), range_m: nan },
-        Measurement::RangeRate { path: reported([300.0, 0.0]), range_rate_mps: nan },
+        Measurement::Range { path: reported(report([nan, 0.0])), range_m: 10.0 },
+        Measurement::Range { path: reported(report([300.0, 0.0])), range_m: nan },
+        Measurement::RangeRate { path: reported(report([300.0, 0.0])), range_rate_mps: nan },
         Measurement::Range { path: bridged(nan), range_m: 300.0 },
         Measurement::Range { path: bridged(1e200), range_m: 300.0 },
-        Measurement::Range {
-            path: AcousticPath { vehicle: VehicleEnd::Now, ship: ShipEnd::Reported(bad_report) },
-            range_m: 300.0,
-        },
+        Measurement::Range { path: reported(bad_report), range_m: 300.0 },
         // The ship is not known.
         Measurement::Range { path: AcousticPath { vehicle: VehicleEnd::Now, ship: ShipEnd::Now }, range_m: 300.0 },
     ];
@@ -182,7 +173,7 @@ fn what_is_not_finite_leaves_no_trace() {
     let digest = navigator.digest();
     assert_ne!(digest, before);
     assert!(navigator.failure().is_none());
-    let fusions = navigator.fuse(&Measurement::Range { path: reported(above), range_m: 3.0 });
+    let fusions = navigator.fuse(&Measurement::Range { path: reported(report(above)), range_m: 3.0 });
     assert!(fusions.iter().all(|record| record.outcome == FusionOutcome::Fused));
 }
 
@@ -215,8 +206,7 @@ fn refused_predictions_leave_no_trace() {
 #[test]
 fn val_a_vehicle_of_unknown_input_is_where_it_may_have_moved() {
     const T: f64 = 60.0;
-    let mut navigator = navigator(&NavigationConfig::REFERENCE);
-    navigator.initialise(0, &initial()).unwrap();
+    let mut navigator = started(&NavigationConfig::REFERENCE);
     navigator.predict((1e6 * LONGEST_HOLD_S) as u64, &CRUISE).unwrap();
     let before = navigator.clone();
     // one call, as of a log that is silent
@@ -259,8 +249,7 @@ fn a_failed_filter_says_so_until_it_is_initialised() {
 
 #[test]
 fn configurations_out_of_range_are_named_and_change_nothing() {
-    let mut navigator = navigator(&NavigationConfig::REFERENCE);
-    navigator.initialise(0, &initial()).unwrap();
+    let mut navigator = started(&NavigationConfig::REFERENCE);
     let mut config = NavigationConfig::REFERENCE;
     config.sensors.range_m = 0.0;
     let refuses = |refused, key| matches!(refused, Err(ConfigError::OutOfRange(error)) if error.key == key);
@@ -317,7 +306,7 @@ fn initial_states_say_what_they_know() {
 fn a_range_rate_far_from_certain_is_left_out_but_in_the_filter_of_the_thesis() {
     let mut thesis = NavigationConfig::REFERENCE;
     thesis.make_as_in_thesis();
-    let rate = Measurement::RangeRate { path: reported([300.0, 0.0]), range_rate_mps: -0.95 };
+    let rate = Measurement::RangeRate { path: reported(report([300.0, 0.0])), range_rate_mps: -0.95 };
     let outcome = |config: &NavigationConfig, sigma_m: f64, measurement: &Measurement| {
         let mut navigator = navigator(config);
         let mut start = initial();

@@ -59,11 +59,8 @@ const OF_THE_PROCESS: [(&str, &str); 3] =
     [("water_current", "north_mps"), ("linear_drag", "surge_ns_per_m"), ("thrust_loss", "k_n_s2_per_rad_m")];
 
 /// A start with effects of known size, as nearly certain as may be.
-fn started(effects: EffectSet, states: EffectStates) -> Box<Navigator> {
-    let config = NavigationConfig { effects, effect_states: states, ..NavigationConfig::REFERENCE };
-    let mut navigator = navigator(&config);
-    navigator.initialise(0, &initial()).unwrap();
-    navigator
+fn started(effects: EffectSet, effect_states: EffectStates) -> Box<Navigator> {
+    super::support::started(&NavigationConfig { effects, effect_states, ..NavigationConfig::REFERENCE })
 }
 
 #[test]
@@ -119,9 +116,7 @@ fn val_fixed_sensor_effects_move_innovations_by_their_definition() {
     let along = (0.05 * at[5].cos() - 0.02 * at[5].sin()) * at[4].cos();
     let bottom = Measurement::BottomTrack { velocity_mps: [at[6], at[7], at[8]] };
     assert!((innovation(current, bottom)[0] + along).abs() < 1e-15);
-    let report =
-        ShipReport { position_m: [300.0, 0.0], velocity_mps: [0.0; 2], position_sigma_m: 0.0, velocity_sigma_mps: 0.0 };
-    let path = AcousticPath { vehicle: VehicleEnd::Now, ship: ShipEnd::Reported(report) };
+    let path = reported(still([300.0, 0.0], [0.0; 2]));
     let distance: f64 = (300.0_f64 * 300.0 + 9.0).sqrt();
     let clocks = EffectSet::NONE.with("sound_speed", &[-0.002]).unwrap().with("clock_offset", &[0.001]).unwrap();
     let range = Measurement::Range { path, range_m: distance };
@@ -196,13 +191,7 @@ fn fly(truth: &EffectSet, states: EffectStates, seed: u64, tally: &mut Consisten
         ];
         if k % 1000 == 0 {
             let (range, _) = range_and_rate([x[0], x[1], x[2]], [0.0; 3], simulated.ship);
-            let report = ShipReport {
-                position_m: [simulated.ship[0], simulated.ship[1]],
-                velocity_mps: [0.0; 2],
-                position_sigma_m: 1e-3,
-                velocity_sigma_mps: 1e-3,
-            };
-            let path = AcousticPath { vehicle: VehicleEnd::Now, ship: ShipEnd::Reported(report) };
+            let path = reported(still([simulated.ship[0], simulated.ship[1]], [1e-3; 2]));
             let range_m = read(SensorChannel::Range, t_s, [range, 0.0, 0.0])[0] + sigma.range_m * noise.normal();
             all.push(Measurement::Range { path, range_m });
             all.push(Measurement::VehicleGnss { position_m: noise.normals([x[0], x[1]], sigma.gnss_m) });

@@ -40,13 +40,8 @@ impl LevelFlight {
                 let angle = time_s / 600.0 * core::f64::consts::TAU;
                 let ship_m = [x[0] + 400.0 * angle.cos(), x[1] + 400.0 * angle.sin()];
                 let range_m = (x[0] - ship_m[0]).hypot(x[1] - ship_m[1]).hypot(x[2]) + noise.normal();
-                let ship = ShipReport {
-                    position_m: [ship_m[0] + ship_error_m[0], ship_m[1] + ship_error_m[1]],
-                    velocity_mps: [0.0; 2],
-                    position_sigma_m: 0.5,
-                    velocity_sigma_mps: 0.1,
-                };
-                let path = AcousticPath { vehicle: VehicleEnd::Now, ship: ShipEnd::Reported(ship) };
+                let ship_m = [ship_m[0] + ship_error_m[0], ship_m[1] + ship_error_m[1]];
+                let path = reported(still(ship_m, [0.5, 0.1]));
                 flight.fuse(&Measurement::Range { path, range_m });
             }
         }

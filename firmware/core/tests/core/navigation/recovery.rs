@@ -99,13 +99,7 @@ impl RecoveryFlight {
         let (x, y) = (self.truth.x[0], self.truth.x[1]);
         let ship = [x + 600.0 * angle.cos(), y + 600.0 * angle.sin()];
         let range_m = (x - ship[0]).hypot(y - ship[1]).hypot(self.truth.x[2]) + error_m + self.noise.normal();
-        let report = ShipReport {
-            position_m: [ship[0] + self.ship_error_m[0], ship[1] + self.ship_error_m[1]],
-            velocity_mps: [0.0; 2],
-            position_sigma_m: 0.5,
-            velocity_sigma_mps: 0.1,
-        };
-        let path = AcousticPath { vehicle: VehicleEnd::Now, ship: ShipEnd::Reported(report) };
+        let path = reported(still([ship[0] + self.ship_error_m[0], ship[1] + self.ship_error_m[1]], [0.5, 0.1]));
         used(&self.navigator.fuse(&Measurement::Range { path, range_m }))
     }
 
@@ -338,8 +332,7 @@ fn what_is_absurd_is_not_believed_however_steady() {
 
 #[test]
 fn one_bad_axis_keeps_the_others_out() {
-    let mut navigator = navigator(&NavigationConfig::REFERENCE);
-    navigator.initialise(0, &initial()).unwrap();
+    let mut navigator = started(&NavigationConfig::REFERENCE);
     let before = navigator.digest();
     let fusions = navigator.fuse(&Measurement::BottomTrack { velocity_mps: [1.0, 0.0, 3.0] });
     assert_eq!(fusions.iter().count(), 3);

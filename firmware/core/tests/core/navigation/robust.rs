@@ -13,14 +13,11 @@ fn robust(change: impl FnOnce(&mut Priors)) -> NavigationConfig {
 
 /// Two minutes of depth, attitude and ranges at cruise.
 fn flown(config: &NavigationConfig, learnt: Option<&Learnt>) -> Box<Navigator> {
-    let mut navigator = navigator(config);
-    navigator.initialise(0, &initial()).unwrap();
+    let mut navigator = started(config);
     if let Some(learnt) = learnt {
         navigator.start_from(learnt);
     }
-    let report =
-        ShipReport { position_m: [300.0, 0.0], velocity_mps: [0.0; 2], position_sigma_m: 0.5, velocity_sigma_mps: 0.1 };
-    let path = AcousticPath { vehicle: VehicleEnd::Now, ship: ShipEnd::Reported(report) };
+    let path = reported(still([300.0, 0.0], [0.5, 0.1]));
     for k in 1..=1200_u64 {
         let turn = if k % 300 < 150 { 0.05 } else { -0.05 };
         let input = ActuatorInput { propeller_radps: 106.0, fins_rad: [turn, -turn, 0.0, 0.0] };

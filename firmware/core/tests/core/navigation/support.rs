@@ -30,6 +30,23 @@ pub fn initial() -> InitialState {
     }
 }
 
+/// The same, started from [`initial`].
+pub fn started(config: &NavigationConfig) -> Box<Navigator> {
+    let mut navigator = navigator(config);
+    navigator.initialise(0, &initial()).unwrap();
+    navigator
+}
+
+/// A ship that lies still, as its packet says; one sigma per axis of its position, m, and of its velocity, m/s.
+pub fn still(position_m: [f64; 2], [position_sigma_m, velocity_sigma_mps]: [f64; 2]) -> ShipReport {
+    ShipReport { position_m, velocity_mps: [0.0; 2], position_sigma_m, velocity_sigma_mps }
+}
+
+/// From a ship that says where it is to the vehicle as it is now.
+pub fn reported(ship: ShipReport) -> AcousticPath {
+    AcousticPath { vehicle: VehicleEnd::Now, ship: ShipEnd::Reported(ship) }
+}
+
 /// Level flight.
 pub const CRUISE: ActuatorInput = ActuatorInput { propeller_radps: 106.8, fins_rad: [0.0, 0.0, 0.008, -0.008] };
 
