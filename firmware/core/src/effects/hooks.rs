@@ -3,6 +3,21 @@
 use crate::dynamics::{ActuatorInput, FINS, VehicleParameters};
 use nalgebra::{Vector3, Vector6};
 
+/// Changes plant parameters at a time, s since the epoch.
+pub type PlantHook = fn(values: &[f64], t_s: f64, plant: &mut VehicleParameters);
+/// ∂(applied wrench)/∂(parameter `index`), N and N m per unit.
+pub type WrenchHook = fn(index: usize, at: &Motion<'_>) -> Vector6<f64>;
+/// Turns commands into what actuators do.
+pub type InputHook = fn(values: &[f64], step: &Step, memory: &mut ActuatorMemory, input: &mut ActuatorInput);
+/// ∂(fin angles)/∂(parameter `index`) over the step just taken, rad per unit.
+pub type FinsHook = fn(index: usize, memory: &ActuatorMemory) -> [f64; FINS];
+/// Velocity of the water [north, east], m/s.
+pub type WaterHook = fn(values: &[f64]) -> [f64; 2];
+/// Variance added to each scalar of a channel.
+pub type VarianceHook = fn(values: &[f64], channel: SensorChannel) -> f64;
+/// Gate on a channel, sigmas.
+pub type GateHook = fn(values: &[f64], channel: SensorChannel) -> Option<f64>;
+
 /// The functions of an entry; those that it does not need are absent, which is the identity. The values passed are
 /// those of the entry's parameters, in their order.
 #[derive(Clone, Copy, Debug)]
@@ -10,23 +25,23 @@ pub struct Hooks {
     /// Changes the plant's parameters at time `t_s`; between times of the kinds
     /// [`ParameterKind::Onset`](super::ParameterKind::Onset) and [`ParameterKind::End`](super::ParameterKind::End) it
     /// does not depend on time.
-    pub plant: Option<fn(values: &[f64], t_s: f64, plant: &mut VehicleParameters)>,
+    pub plant: Option<PlantHook>,
     /// ∂(applied wrench)/∂(parameter), N and N m per unit of the parameter `index`, of an entry with `plant` that may
     /// be a state of the filter.
-    pub wrench_by: Option<fn(index: usize, at: &Motion<'_>) -> Vector6<f64>>,
+    pub wrench_by: Option<WrenchHook>,
     /// Turns what was commanded into what the actuators did over a step.
-    pub input: Option<fn(values: &[f64], step: &Step, memory: &mut ActuatorMemory, input: &mut ActuatorInput)>,
+    pub input: Option<InputHook>,
     /// ∂(fin angles over the step)/∂(parameter), rad per unit of the parameter `index`, of an entry with `input` that
     /// may be a state of the filter.
-    pub fins_by: Option<fn(index: usize, memory: &ActuatorMemory) -> [f64; FINS]>,
+    pub fins_by: Option<FinsHook>,
     /// Velocity of the water over ground [north, east], m/s: linear in the values.
-    pub water: Option<fn(values: &[f64]) -> [f64; 2]>,
+    pub water: Option<WaterHook>,
     /// Changes what sensors read.
     pub measure: Option<Measure>,
     /// Variance that the effect adds to each scalar of a channel, in the channel's unit squared.
-    pub variance: Option<fn(values: &[f64], channel: SensorChannel) -> f64>,
+    pub variance: Option<VarianceHook>,
     /// Narrowest gate that the effect calls for on a channel, sigmas.
-    pub gate_sigma: Option<fn(values: &[f64], channel: SensorChannel) -> Option<f64>>,
+    pub gate_sigma: Option<GateHook>,
 }
 
 impl Hooks {

@@ -40,7 +40,10 @@ pub mod water_current;
 pub mod water_density;
 pub mod waves;
 
-pub use hooks::{ActuatorMemory, Hooks, Measure, Moment, Motion, SensorChannel, Slopes, Step};
+pub use hooks::{
+    ActuatorMemory, FinsHook, GateHook, Hooks, InputHook, Measure, Moment, Motion, PlantHook, SensorChannel, Slopes,
+    Step, VarianceHook, WaterHook, WrenchHook,
+};
 pub use info::{Confusion, EffectInfo, Enters, ParameterInfo, ParameterKind};
 pub use set::{EffectError, EffectSet, PARAMETERS, ParameterId, parameters};
 
