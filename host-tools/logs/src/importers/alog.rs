@@ -137,7 +137,7 @@ mod tests {
         // x is east
         assert_eq!((row.gnss_m(), row.get(Column::SpeedLog)), (Some([4.0, 3.0]), Some(1.5)));
         assert_eq!(imported.log.estimated_fixes.as_deref(), Some("NAV_X, NAV_Y"));
-        let measured = import(&ALOG.replace("NAV_X", "GPS_X").replace("NAV_Y", "GPS_Y")).unwrap().log;
+        let measured = import(ALOG.replace("NAV_X", "GPS_X").replace("NAV_Y", "GPS_Y")).unwrap().log;
         assert_eq!((measured.estimated_fixes, measured.rows[0].gnss_m()), (None, Some([4.0, 3.0])));
         assert!((row.get(Column::Heading).unwrap() + std::f64::consts::FRAC_PI_2).abs() < 1e-12);
         assert_eq!(imported.log.rows[1].time_us, 1_000_000);
@@ -238,7 +238,7 @@ mod tests {
 
     #[test]
     fn broken_lines_are_named() {
-        let complaint = |from: &str, to: &str| import(&ALOG.replacen(from, to, 1)).unwrap_err().to_string();
+        let complaint = |from: &str, to: &str| import(ALOG.replacen(from, to, 1)).unwrap_err().to_string();
         assert!(complaint("270", "west").contains(":7:4: NAV_HEADING: \"west\" is not a number"));
         let damaged = "soon NAV_X uSimMarine 3.0\n".repeat(99);
         let complaint = complaint("0.500 ", &damaged);

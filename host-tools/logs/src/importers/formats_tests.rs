@@ -61,7 +61,7 @@ fn native_columns_units_and_midnight() {
     // 18 µ° of latitude at 25.9 N; WGS 84 has 110.78 km to the degree there (NIMA TR8350.2).
     assert!((north_m - 18e-6 * 110_780.0).abs() < 1e-3, "{north_m}");
     assert!(log.notes.iter().any(|note| note.starts_with("1 position dropped")), "{:?}", log.notes);
-    let deep = import(&NATIVE_ROWS.replace(";1;2;", ";10;2;")).unwrap().log;
+    let deep = import(NATIVE_ROWS.replace(";1;2;", ";10;2;")).unwrap().log;
     assert!(!deep.has(Column::GpsX)); // ten feet of water over the antenna
 }
 
@@ -159,20 +159,20 @@ fn pings_and_places_join_by_the_number_in_the_label() {
 #[test]
 fn a_new_label_begins_a_new_run() {
     let head = "run,t_s,wind_rel_mps,wind_rel_from_rad,wind_true_mps,wind_true_from_rad";
-    let log = import(&format!("{head}\na,0.0,1,1,0.5,1\na,0.1,1,1,0.5,4\nb,0.0,1,1,2,1\nb,0.1,1,1,2,1\n")).unwrap().log;
+    let log = import(format!("{head}\na,0.0,1,1,0.5,1\na,0.1,1,1,0.5,4\nb,0.0,1,1,2,1\nb,0.1,1,1,2,1\n")).unwrap().log;
     let runs: Vec<_> = log.column(Column::Run).collect();
     assert_eq!(runs, [(0, 1.0), (100_000, 1.0), (100_100_000, 2.0), (100_200_000, 2.0)]);
     assert_eq!(log.rows[1].get(Column::WindFrom), Some(4.0));
     assert!(log.notes.iter().any(|note| note == "run 2: b, from 100 s of the joined log"), "{:?}", log.notes);
     // Within a run times may not go back.
-    assert!(import(&format!("{head}\na,0.1,1,1,0.5,1\na,0.0,1,1,0.5,1\n")).is_err());
+    assert!(import(format!("{head}\na,0.1,1,1,0.5,1\na,0.0,1,1,0.5,1\n")).is_err());
 }
 
 #[test]
 fn runs_of_two_tables_join_by_their_labels() {
     let wind = "run,t_s,wind_rel_mps,wind_rel_from_rad,wind_true_mps,wind_true_from_rad\n";
-    let mut log = import(&format!("{wind}a,0.0,1,1,0.5,1\na,0.1,1,1,0.5,4\n")).unwrap().log;
-    log.join(import(&format!("{wind}b,0.0,1,1,2,1\na,0.1,1,1,3,1\n")).unwrap().log);
+    let mut log = import(format!("{wind}a,0.0,1,1,0.5,1\na,0.1,1,1,0.5,4\n")).unwrap().log;
+    log.join(import(format!("{wind}b,0.0,1,1,2,1\na,0.1,1,1,3,1\n")).unwrap().log);
     let runs: Vec<_> = log.column(Column::Run).collect();
     assert_eq!(runs, [(0, 1.0), (100_000, 1.0), (100_000, 1.0), (100_100_000, 2.0)]);
     assert!(log.notes.iter().any(|note| note == "run 2: b, from 100 s of the joined log"), "{:?}", log.notes);
@@ -207,7 +207,7 @@ fn val_axes_of_the_lake_vehicle_as_published() {
             "{lat},108.4,0,0.1,0.2,1.5707963267948966,0,0,1.5,-0.2,-0.3,0,0,0,0,0,0,0.01,0.02,-0.03,0,0,0,0,0,0,0,{t_s},{t_s},{t_s},{t_s}"
         )
     };
-    let imported = import(&format!("{head}\r\n{}\r\n{}\r\n", row(34.5, 0.0), row(34.50001, 0.2))).unwrap();
+    let imported = import(format!("{head}\r\n{}\r\n{}\r\n", row(34.5, 0.0), row(34.50001, 0.2))).unwrap();
     assert_eq!(imported.format, "DVL and AHRS log of AUV_navigation_dataset");
     let [first, second] = &imported.log.rows[..] else { panic!("{:?}", imported.log.rows) };
     assert_eq!((first.attitude_rad(), first.gnss_m()), (Some([0.1, -0.2, 0.0]), Some([0.0, 0.0])));
@@ -218,7 +218,7 @@ fn val_axes_of_the_lake_vehicle_as_published() {
     let notes = imported.log.notes.join("\n");
     assert!(notes.contains("numsats, posmode, velmode, orimode (not filled in"), "{notes}");
     // the older layout has other units under the same names
-    assert!(import(&format!("{}\n{}\n", head.replace(",alt,", ",alt_gps,"), row(34.5, 0.0))).is_err());
+    assert!(import(format!("{}\n{}\n", head.replace(",alt,", ",alt_gps,"), row(34.5, 0.0))).is_err());
 }
 
 #[test]

@@ -99,14 +99,14 @@ fn val_an_uplink_becomes_a_range_at_the_ship() {
              001,002,0,3,3,0,150,12.0,9.0,10,-9,212,-0.50,45,25000,5000,0\n"
         )
     };
-    let log = import(&uplink(2, true)).unwrap().log;
+    let log = import(uplink(2, true)).unwrap().log;
     let row = &log.rows[0];
     assert!((row.get(Column::UplinkRange).unwrap() - 0.6667 * 1500.0).abs() < 1e-6 && log.rows.len() == 1);
     assert_eq!((row.get(Column::Range), row.ship_at_launch_m(), log.origin_deg), (None, None, None));
     assert_eq!((row.launch_us(), row.arrival_us()), (Some(0), Some(666_700)));
     // a vehicle without a pulse, and two vehicles
-    assert!(import(&uplink(2, false)).is_err());
-    let two = import(&format!("{}{}", uplink(2, true), uplink(3, true))).unwrap_err().to_string();
+    assert!(import(uplink(2, false)).is_err());
+    let two = import(format!("{}{}", uplink(2, true), uplink(3, true))).unwrap_err().to_string();
     assert!(two.contains("uplinks of several vehicles"), "{two}");
 }
 
@@ -176,7 +176,7 @@ fn val_kongsbergs_axes() {
     let ssb = |axes: &str, x_y: &str| format!("$PSIMSSB,120000.0,B01,A,,{axes},M,{x_y},48.50,0.00,N,,*\n");
     for (axes, x_y) in [("C,N", "50,100"), ("C,E", "100,50"), ("C,H", "-50,100"), ("P,H", "111.80339887,-26.56505118")]
     {
-        let log = import(&format!("{}{}", sns("a0"), ssb(axes, x_y))).unwrap().log;
+        let log = import(format!("{}{}", sns("a0"), ssb(axes, x_y))).unwrap().log;
         let fix = log.rows[0].usbl().unwrap();
         for (found, expected) in fix.vector_m().iter().zip([50.0, 100.0, 48.5]) {
             assert!((found - expected).abs() < 1e-6, "{axes}: {:?}", fix.vector_m());
