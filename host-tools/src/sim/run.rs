@@ -65,10 +65,12 @@ pub struct Args {
     /// Seed of all randomness instead of the scenario's.
     #[arg(long, value_name = "N")]
     seed: Option<u64>,
-    /// Inject an effect: NAME, or NAME:parameter=value,…; the seed draws missing numbers. `random` is one that the seed
-    /// picks from the catalogue; truth/effects.json names it. May be repeated.
+    /// Inject an effect: NAME, or NAME:parameter=value,…; the seed draws missing numbers. May be repeated.
     #[arg(long = "effect", value_name = "NAME", value_parser = Request::parse)]
     effects: Vec<Request>,
+    /// Inject an effect that the seed picks from the catalogue; truth/effects.json names it.
+    #[arg(long)]
+    random_effect: bool,
     /// End after this simulated time, minutes.
     #[arg(long, value_name = "MINUTES", allow_negative_numbers = true)]
     minutes: Option<f64>,
@@ -106,7 +108,7 @@ pub fn run(arguments: &Args) -> anyhow::Result<Outcome> {
         topside: arguments.topside,
         usual_topside: TopsideKind::Process,
         seed: arguments.seed,
-        effects: arguments.effects.clone(),
+        effects: arguments.effects.iter().cloned().chain(arguments.random_effect.then_some(Request::Random)).collect(),
         minutes: arguments.minutes,
         out: arguments.out.clone(),
     };

@@ -4,6 +4,7 @@ use super::item::{Column, Curves, Item};
 use super::studies::{Measured, Study};
 use crate::store::Key;
 use backseat_logs::stats::{median, percentile};
+use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
 
 /// Items with their runs.
@@ -107,6 +108,35 @@ impl ItemRuns<'_> {
         });
         lines.filter(|(_, points): &Curve| !points.is_empty()).collect()
     }
+
+    /// One JSON object.
+    pub fn json(&self) -> String {
+        let items: Vec<Value> = self.items.iter().map(|item| self.item_json(item)).collect();
+        let text = json!({
+            "version": env!("CARGO_PKG_VERSION"), "build": self.build, "seeds": [1, self.runs],
+            "first_tuning_seed": super::FIRST_TUNING_SEED, "items": items,
+        });
+        format!("{text}\n")
+    }
+
+    fn item_json(&self, item: &Item) -> Value {
+        fn row<T>(item: &Item, name: &str, cells: &[T], value: impl Fn(&Column, &T) -> Value) -> Value {
+            let columns = item.columns.iter().zip(cells);
+            let columns: Map<String, Value> =
+                columns.map(|(column, cell)| (column.key.to_owned(), value(column, cell))).collect();
+            json!({"name": name, "columns": columns})
+        }
+        let number = |_: &Column, value: &f64| json!(value);
+        let rows = self.table(item);
+        let rows = rows.iter().map(|(name, cells)| row(item, name, cells, |column, cell| cell.json(column)));
+        let printed = item.rows.iter().filter_map(|name| Some(row(item, name, &item.printed.of(name)?, number)));
+        let independent = item.independent.iter().map(|reported| row(item, reported.name, reported.values, number));
+        json!({
+            "id": item.id, "title": item.title, "thesis": item.thesis, "conditions": item.conditions,
+            "printed": printed.collect::<Vec<_>>(), "independent": independent.collect::<Vec<_>>(),
+            "runs": self.runs, "rows": rows.collect::<Vec<_>>(), "differs": item.differs,
+        })
+    }
 }
 
 impl Cell {
@@ -120,6 +150,13 @@ impl Cell {
             holds: finite.iter().filter(|value| **value > 0.5).count(),
             runs: values.len(),
         }
+    }
+
+    fn json(&self, column: &Column) -> Value {
+        if column.is_claim {
+            return json!({"holds": self.holds, "runs": self.runs});
+        }
+        json!({"median": self.median, "interval95": [self.interval.0, self.interval.1], "runs": self.finite})
     }
 
     /// As it stands in a table: median and interval, or in how many runs a claim holds.

@@ -22,24 +22,32 @@ const CHEAP: &str = "least-squares-4.3.2.3";
 #[test]
 fn finished_runs_are_kept_and_give_the_same_bytes() {
     let folder = tempfile::tempdir().unwrap();
-    let arguments = [CHEAP, "--runs", "2", "--store", "runs.jsonl", "--report", "figures.html", "--out", "tables.md"];
+    let path = |name: &str| folder.path().join("out").join(name);
+    let arguments = [CHEAP, "--runs", "2", "--report", "out", "--json"];
     let first = reproduce(folder.path(), &arguments);
-    let text = String::from_utf8_lossy(ok(&first));
-    assert!(text.contains(CHEAP) && text.contains("2, seeds 1 to 2") && text.contains("NBLS, 1.4 cm/s"), "{text}");
-    let kept = |name: &str| std::fs::read(folder.path().join(name)).unwrap();
-    let (runs, page) = (kept("runs.jsonl"), kept("figures.html"));
+    let json: serde_json::Value = serde_json::from_slice(ok(&first)).unwrap();
+    assert_eq!((&json["items"][0]["id"], &json["items"][0]["runs"]), (&CHEAP.into(), &2.into()));
+    let kept = |name: &str| std::fs::read(path(name)).unwrap();
+    let (runs, page) = (kept("runs.jsonl"), kept("report.html"));
     assert_eq!(runs.iter().filter(|byte| **byte == b'\n').count(), 2);
-    assert_eq!(kept("tables.md"), first.stdout);
 
     let again = reproduce(folder.path(), &arguments);
     assert_eq!(ok(&again), first.stdout);
-    assert_eq!((kept("runs.jsonl"), kept("figures.html")), (runs.clone(), page));
+    assert_eq!((kept("runs.jsonl"), kept("report.html")), (runs.clone(), page.clone()));
 
     // Interrupted while it wrote the second run: that one alone is run again.
     let first_line = runs.iter().position(|byte| *byte == b'\n').unwrap() + 1;
-    std::fs::write(folder.path().join("runs.jsonl"), &runs[..first_line + 20]).unwrap();
+    std::fs::write(path("runs.jsonl"), &runs[..first_line + 20]).unwrap();
     assert_eq!(ok(&reproduce(folder.path(), &arguments)), first.stdout);
     assert_eq!(kept("runs.jsonl"), runs);
+
+    // Another's page stays.
+    std::fs::write(path("report.html"), "mine").unwrap();
+    let refused = reproduce(folder.path(), &arguments);
+    assert_eq!(refused.status.code(), Some(1));
+    assert!(String::from_utf8_lossy(&refused.stderr).contains("--force"));
+    ok(&reproduce(folder.path(), &[&arguments[..], &["--force"]].concat()));
+    assert_eq!(kept("report.html"), page);
 }
 
 #[test]
