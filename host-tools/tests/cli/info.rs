@@ -213,6 +213,15 @@ fn uses_are_those_of_the_commands() {
     assert!(printed.ends_with("In a clone of the repository:\n  cargo lab single-log log.csv\n"), "{printed}");
     let found = backseat(folder.path(), &["diagnose", "log.csv", "--force"]);
     assert!(text(&found.stderr).contains("cargo lab single-log"), "{}", text(&found.stderr));
+    // a ship with fixes is dead reckoning too, its rudder left out; with too few of them its model alone is left
+    let ship = |seconds: usize| {
+        let header = "t [s],x_position_mid [m],y_position_mid [m],u_velo [m/s],vm_velo [m/s],psi_hat [rad],\
+                      r_angvelo [rad/s],n_prop [rps],delta_rudder [rad],wind_velo_true [m/s],wind_dir_true [rad]\n";
+        let row = |t: usize| format!("{t},{t},{},1,0,0.1,0,5,0.1,2,0\n", 0.1 * t as f64);
+        header.to_owned() + &(0..seconds).map(row).collect::<String>()
+    };
+    assert_eq!(uses(&ship(80))[1], "against dead reckoning from fix to fix");
+    assert!(uses(&ship(40))[1].contains("cargo lab single-log"));
     // a whole vehicle that lacks its DVL is no vessel on the surface
     let [identify, _] = uses(
         "t_s,prop_rpm,fin_top_rad,fin_bottom_rad,fin_port_rad,fin_starboard_rad,roll_rad,pitch_rad,heading_rad,\

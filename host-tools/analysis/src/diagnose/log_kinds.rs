@@ -37,7 +37,8 @@ const KINDS: [Kind; 1] = [Kind {
 }];
 
 /// Logs whose models are in the laboratory: ballast of a glider, round trips to transponders, a pair of thrusters, a
-/// ship's rudder and its motion, the arrivals of a pinger with a clock of its own.
+/// ship's rudder and its motion, the arrivals of a pinger with a clock of its own. Those that can be dead reckoned
+/// are, by the command line: a ship's fixes say when its heading and velocity are late.
 fn is_of_laboratory(log: &Log) -> bool {
     [Column::Ballast, Column::TwoWayTime, Column::ThrusterLeft].into_iter().any(|column| log.has(column))
         || [Column::Rudder, Column::DvlU, Column::R].into_iter().all(|column| log.has(column))
@@ -55,10 +56,10 @@ pub fn use_of(log: &Log) -> Result<&'static str, String> {
     }
     if let Some(kind) = KINDS.iter().find(|kind| (kind.is_for)(log)) {
         Ok(kind.how)
-    } else if is_of_laboratory(log) {
-        Err(format!("{IN_LABORATORY}cargo lab single-log LOG"))
     } else if dead_reckoning::is_for(log) {
         Ok(DEAD_RECKONING)
+    } else if is_of_laboratory(log) {
+        Err(format!("{IN_LABORATORY}cargo lab single-log LOG"))
     } else if is_beside(log) && [Column::StationX, Column::WindSpeed, Column::WaterDensity].iter().any(|c| log.has(*c))
     {
         Ok("only beside another log, with --with")
@@ -94,7 +95,7 @@ pub(super) fn run(
         };
         return Ok(found);
     }
-    if is_of_laboratory(raw) {
+    if is_of_laboratory(raw) && !dead_reckoning::is_for(log) {
         bail!("{}: such a log has its model in the laboratory: `cargo lab single-log LOG`", log.path.display());
     }
     progress("dead reckoning");
