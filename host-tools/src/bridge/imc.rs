@@ -12,9 +12,9 @@ const HEARTBEAT: u16 = 150;
 const ESTIMATED_STATE: u16 = 350;
 /// Announce, `sys_type`: UUV.
 const UUV: u8 = 2;
-/// Neptus takes a system for lost after some seconds. Records come every 0.1 s, or with `--rate 1` 0.84 to 1.2 s apart: each
-/// of these is a beat.
-const HEARTBEAT_S: f64 = 0.75;
+/// Neptus takes a system for lost after some seconds. With `--rate 1` each record is a beat, on a busy computer as well,
+/// where they come 0.7 to 1.3 s apart.
+const HEARTBEAT_S: f64 = 0.5;
 const ANNOUNCE_S: f64 = 10.0;
 
 /// Sends to one address.
@@ -180,7 +180,7 @@ mod tests {
         receiver.set_read_timeout(Some(std::time::Duration::from_secs(600))).unwrap();
         let mut sender = Sender::open(receiver.local_addr().unwrap(), "auv", 1).unwrap();
         let telemetry = telemetry();
-        for utc_us in [0, 900_000, 2_000_000, 2_840_000, 4_000_000_u64] {
+        for utc_us in [0, 900_000, 2_000_000, 2_706_000, 4_000_000_u64] {
             sender.send(&Place { utc_us, ..place(&telemetry) });
         }
         let mut packet = [0; 512];
