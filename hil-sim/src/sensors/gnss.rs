@@ -22,6 +22,7 @@ pub(super) struct VehicleGnss {
 impl VehicleGnss {
     pub(super) fn new(
         settings: &scenario::Gnss,
+        diameter_m: f64,
         declared_sigma_m: f64,
         arm_m: [f64; 3],
         noise: NoiseKind,
@@ -32,7 +33,8 @@ impl VehicleGnss {
             sampler: Sampler::new(settings.fitted, settings.rate_hz, settings.offset_s),
             random: Stream::new(seed, Source::VehicleGnss),
             sigma_m: mixture.size * settings.sigma_m.unwrap_or(declared_sigma_m),
-            max_depth_m: settings.max_depth_m,
+            // the centre of a thick hull that floats lies deeper
+            max_depth_m: settings.max_depth_m.max(diameter_m),
             arm_m,
             colouring: mixture.colouring(seed, Source::VehicleGnssColour),
         }

@@ -78,7 +78,14 @@ impl Sensors {
                 kind,
                 seed,
             ),
-            gnss: gnss::VehicleGnss::new(&sensors.gnss, noise.gnss_m, installation.gnss_arm_m, kind, seed),
+            gnss: gnss::VehicleGnss::new(
+                &sensors.gnss,
+                scenario.vehicle.parameters.diameter_m,
+                noise.gnss_m,
+                installation.gnss_arm_m,
+                kind,
+                seed,
+            ),
             ship_gnss: gnss::ShipGnss::new(&sensors.ship_gnss, noise.ship_gnss_m, kind, seed),
             delays_us: [
                 installation.depth_delay_s,

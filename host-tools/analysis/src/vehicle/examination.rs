@@ -421,9 +421,11 @@ mod tests {
         assert!(cork.contains("no level flight at 1 m/s"), "{cork}");
         let strong = of(&|p| p.beta5_n_s2_per_rad2 *= 100.0);
         assert!(strong.starts_with("propeller.beta5_n_s2_per_rad2: top speed 18.8 m/s"), "{strong}");
-        let large = textbook::Sizes { length_m: Some(5.5), diameter_m: Some(0.5), mass_kg: Some(1000.0) };
-        let large = unflyable(&large.scale(&VehicleFile::reference())).unwrap().unwrap_or_default();
-        assert!(large.contains("+38.7 N of buoyancy"), "{large}");
+        for (diameter_m, mass_kg, buoyancy) in [(0.5, 1000.0, "+38.7 N"), (0.6, 1300.0, "+50.3 N")] {
+            let large = textbook::Sizes { length_m: Some(5.5), diameter_m: Some(diameter_m), mass_kg: Some(mass_kg) };
+            let large = unflyable(&large.scale(&VehicleFile::reference())).unwrap().unwrap_or_default();
+            assert!(large.contains(&format!("{buoyancy} of buoyancy")), "{large}");
+        }
         let bow = of(&|p| p.fins.iter_mut().for_each(|fin| fin.cp_m[0] = 0.85));
         assert!(bow.starts_with("fins.cp_m: the fins stand 0.85 m ahead"), "{bow}");
     }
