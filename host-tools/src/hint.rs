@@ -1,7 +1,7 @@
 //! How the command line gives what an error of the libraries asks for: they know no options and no commands.
 
 /// Words of an error, and what to do about it here.
-pub const HINTS: [(&str, &str); 16] = [
+pub const HINTS: [(&str, &str); 17] = [
     ("exists already", "--force replaces it"),
     (" does not fly: ", "`backseat vehicle check` says more, --force flies it"),
     ("holds a flight already", "--out names another"),
@@ -16,6 +16,7 @@ pub const HINTS: [(&str, &str); 16] = [
     ("give one of the logs in it", "`backseat info FILE` says what each is for"),
     ("a session, not a table", "`backseat export FILE --csv DIR`"),
     ("without the latitude and longitude of their origin", "--origin states that of the vehicle's log"),
+    ("has its model in the laboratory", "in a clone of the repository `cargo lab single-log LOG`"),
     ("the kinematic model does not", "--model kinematic"),
     ("what is common to runs shows in", "`--predict` judges a vehicle file on any number"),
 ];

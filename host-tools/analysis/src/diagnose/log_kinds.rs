@@ -96,7 +96,7 @@ pub(super) fn run(
         return Ok(found);
     }
     if is_of_laboratory(raw) && !dead_reckoning::is_for(log) {
-        bail!("{}: such a log has its model in the laboratory: `cargo lab single-log LOG`", log.path.display());
+        bail!("{}: such a log has its model in the laboratory", log.path.display());
     }
     progress("dead reckoning");
     let Some(found) = dead_reckoning::run(log, vehicle, use_dvl, truth) else {
