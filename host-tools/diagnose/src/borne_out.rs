@@ -2,15 +2,15 @@
 //!
 //! With e₀ the innovations without the effect, e₁ those with it, and d = e₀ − e₁: if the model with the effect is right,
 //! e₁ is white and Σ e² falls by Σ d², give or take 2 √Σ d²; if the model without it is, Σ e² rises by as much. Where
-//! Σ d² is small the data say nothing of the effect.
+//! Σ d² is small the data say nothing of the effect. Half the gain is the logarithm of the likelihood ratio of the two.
 
 use crate::whitener::Pass;
 use backseat_logs::stats::{Z_95, mean_ci95};
 use std::collections::BTreeMap;
 
 /// Data that would gain less than this by the effect as it was found say nothing of it: two and a half sigmas of the gain
-/// lie between right and wrong.
-const LEAST_EXPECTED: f64 = 6.0;
+/// lie between right and wrong. Data that lose as much are twenty times likelier without it, whatever they would gain.
+pub const LEAST_EXPECTED: f64 = 6.0;
 /// Sigmas by which a gain must fall short: of effects that are there one in twenty does, if they are so small that half of
 /// their gain lies within these.
 const SHORT_SIGMAS: f64 = 1.645;
@@ -41,10 +41,26 @@ impl BorneOut {
             *square += difference * difference;
             *cross += 2.0 * difference * e;
         }
-        let [expected, cross] = blocks.values().fold([0.0; 2], |sum, block| [sum[0] + block[0], sum[1] + block[1]]);
+        Self::of_blocks(&blocks.into_values().collect::<Vec<_>>())
+    }
+
+    /// From Σ d² and 2 Σ d e₁ of each block.
+    #[must_use]
+    pub fn of_blocks(blocks: &[[f64; 2]]) -> Self {
+        let [expected, cross] = blocks.iter().fold([0.0; 2], |sum, block| [sum[0] + block[0], sum[1] + block[1]]);
         let share = if expected > 0.0 { cross / expected } else { 0.0 };
-        let scatter: f64 = blocks.values().map(|[square, cross]| (cross - share * square).powi(2)).sum();
+        let scatter: f64 = blocks.iter().map(|[square, cross]| (cross - share * square).powi(2)).sum();
         Self { gain: expected + cross, expected, error: scatter.max(4.0 * expected).sqrt() }
+    }
+
+    /// Of both data together.
+    #[must_use]
+    pub fn and(&self, other: &Self) -> Self {
+        Self {
+            gain: self.gain + other.gain,
+            expected: self.expected + other.expected,
+            error: self.error.hypot(other.error),
+        }
     }
 
     /// Whether the data say anything of the effect.
@@ -59,13 +75,19 @@ impl BorneOut {
         self.is_tested() && self.gain > LEAST_PART * self.expected
     }
 
-    /// Whether they speak against it: nothing is gained, or significantly less than the effect would gain, and less than
-    /// half of that.
+    /// Whether much is lost by it.
+    #[must_use]
+    pub fn is_lost_by(&self) -> bool {
+        self.gain < -LEAST_EXPECTED
+    }
+
+    /// Whether they speak against it: much is lost, or they say something of it and nothing is gained, or significantly
+    /// less than the effect would gain, and less than half of that.
     #[must_use]
     pub fn is_refuted(&self) -> bool {
         let falls_short =
             self.gain + SHORT_SIGMAS * self.error < self.expected && self.gain < LEAST_PART * self.expected;
-        self.is_tested() && (self.gain <= 0.0 || falls_short)
+        self.is_lost_by() || self.is_tested() && (self.gain <= 0.0 || falls_short)
     }
 }
 

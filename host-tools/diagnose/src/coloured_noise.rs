@@ -1,5 +1,5 @@
-//! Noise as sensors have it: of each channel its size, a white part and up to two that last, estimated beside the effects
-//! found.
+//! Noise as sensors and water have it: of each channel its size, a white part and up to two that last, and how much the
+//! water shakes the vehicle, estimated beside the effects found.
 //!
 //! The parts are chosen by likelihood, Σ (ln S + e²) over the blocks that choose, on a grid of shares and time constants:
 //! every trial changes all channels at once, and each device keeps the trial under which its own innovations are most
@@ -12,6 +12,7 @@ use crate::log_effects::Effects;
 use crate::prepared_log::{DataPart, PreparedLog};
 use crate::samples::ResidualChannel;
 use crate::whitener::{self, Colour, Pass, Setup};
+use backseat_core::parameters::ProcessNoise;
 use backseat_logs::stats::{autocorrelation, chi_square_tail, ljung_box};
 use rayon::prelude::*;
 
@@ -32,6 +33,8 @@ pub struct Sensors {
     fewest: usize,
     /// What a part that lasts must gain in Σ (ln S + e²): two numbers at their cost, 2 ln n.
     least_gain: f64,
+    /// Whether they show how much the water shakes the vehicle.
+    are_inertial: bool,
 }
 
 /// All whose noise may last. GNSS fixes count by their design effect.
@@ -46,6 +49,7 @@ pub const SENSORS: [Sensors; 2] = [
         longest_s: 1800.0,
         fewest: 400,
         least_gain: 18.0,
+        are_inertial: true,
     },
     Sensors {
         devices: &ACOUSTIC,
@@ -57,6 +61,7 @@ pub const SENSORS: [Sensors; 2] = [
         longest_s: 3600.0,
         fewest: 60,
         least_gain: 15.0,
+        are_inertial: false,
     },
 ];
 const OWN: [&[ResidualChannel]; 5] = [
@@ -83,6 +88,8 @@ const SHARES: [f64; 2] = [0.15, 0.6];
 /// compass is ten times worse than the good accelerometers beside it. Held at the declared size, the parts that last of a
 /// quieter channel take up too much, and innovations are correlated the other way.
 const LEAST_SIZE: f64 = 0.1;
+/// How much more or less the water may shake the vehicle than is declared: beyond it is no turbulence.
+const MOST_SHAKEN: f64 = 3.0;
 /// The time constant that noise may have, over the slowest tried.
 const BEYOND: f64 = 1.3;
 
@@ -116,16 +123,18 @@ impl Mixture {
 
 type Mixtures = [Mixture; ResidualChannel::COUNT];
 
-/// The noise of some channels.
+/// The noise of some channels, and of the motion.
 pub struct Noise {
     mixtures: Mixtures,
+    process: ProcessNoise,
     channels: Vec<ResidualChannel>,
 }
 
 impl Noise {
-    /// Puts it in the place of what these channels had.
+    /// Puts it in the place of what these channels, and the motion, had.
     pub fn apply(&self, setup: &mut Setup) {
         apply(setup, &self.mixtures, &self.channels);
+        setup.noise = self.process;
     }
 }
 
@@ -141,8 +150,8 @@ pub fn estimate(log_data: &PreparedLog, set: &Effects, sensors: &Sensors, kept: 
     let channels: Vec<ResidualChannel> = innovations.iter().map(|(channel, _)| *channel).collect();
     let first = log_data.first(sensors.rough_s)?;
     let rough = Search { log_data: &first, set, channels: &channels, sensors }.rough()?;
-    let mixtures = Search { log_data, set, channels: &channels, sensors }.refined(&rough)?;
-    Some(Noise { mixtures, channels })
+    let best = Search { log_data, set, channels: &channels, sensors }.refined(&rough)?;
+    Some(Noise { mixtures: best.mixtures, process: shaken(&log_data.setup.noise, best.shaken), channels })
 }
 
 /// Whether innovations of any channel are not white, or larger than declared, where nothing judges.
@@ -201,24 +210,38 @@ struct Search<'a> {
 #[derive(Clone, Copy)]
 struct Best {
     mixtures: Mixtures,
+    /// Factors on the declared noise of the motion.
+    shaken: Shaken,
     cost: Costs,
+}
+
+/// Factors in surge, in sway and heave, in roll, in pitch and yaw.
+type Shaken = [f64; 4];
+
+/// Noise of the motion, more or less by these factors.
+fn shaken(declared: &ProcessNoise, [surge, sideways, roll, turning]: Shaken) -> ProcessNoise {
+    let ([u, v, w], [p, q, r]) = (declared.linear_mps2_per_sqrt_hz, declared.angular_radps2_per_sqrt_hz);
+    ProcessNoise {
+        linear_mps2_per_sqrt_hz: [surge * u, sideways * v, sideways * w],
+        angular_radps2_per_sqrt_hz: [roll * p, turning * q, turning * r],
+    }
 }
 
 type Costs = [f64; ResidualChannel::COUNT];
 
 impl Search<'_> {
-    fn start(&self, mixtures: Mixtures) -> Option<Best> {
-        Some(Best { mixtures, cost: self.cost(&mixtures)? })
+    fn start(&self, mixtures: Mixtures, shaken: Shaken) -> Option<Best> {
+        Some(Best { mixtures, shaken, cost: self.cost(&mixtures, shaken)? })
     }
 
     /// White noise of the size that is most likely, and noise with one part that lasts.
-    fn rough(&self) -> Option<[Mixtures; 2]> {
+    fn rough(&self) -> Option<[Best; 2]> {
         let scale = &self.log_data.setup.scale;
-        let mut best = self.start(std::array::from_fn(|channel| Mixture::white(scale[channel])))?;
+        let mut best = self.start(std::array::from_fn(|channel| Mixture::white(scale[channel])), [1.0; 4])?;
         self.resize(&mut best, &[0.12, 0.18, 0.28, 0.42, 0.65, 0.8, 1.25, 1.6]);
         self.resize(&mut best, &[0.75, 0.84, 0.92, 1.09, 1.19, 1.3]);
         self.resize(&mut best, &[0.96, 1.04]);
-        let white = best.mixtures;
+        let white = best;
         let grid = SHARES
             .iter()
             .flat_map(|share| self.sensors.taus_s.map(|tau_s| move |m: &Mixture| with_part(m, 0, |_| (*share, tau_s))));
@@ -226,14 +249,14 @@ impl Search<'_> {
         self.improve(&mut best, &[0.08, 0.35, 0.8, 0.93].map(|share| shared(0, share)));
         self.resize(&mut best, &[0.75, 0.87, 1.15, 1.35, 1.6]);
         self.improve(&mut best, &[0.6, 1.6].map(slower));
-        Some([white, best.mixtures])
+        self.shake(&mut best, &[0.4, 0.65, 1.5, 2.5]);
+        self.resize(&mut best, &[0.8, 0.9, 1.1, 1.25]);
+        Some([white, best])
     }
 
     /// Each with a second part where it has one, and with none where it has none.
-    fn refined(&self, [white, one]: &[Mixtures; 2]) -> Option<Mixtures> {
-        let mut white = self.start(*white)?;
-        self.resize(&mut white, &[0.93, 1.07]);
-        let one = self.start(*one)?;
+    fn refined(&self, [white, one]: &[Best; 2]) -> Option<Best> {
+        let one = self.start(one.mixtures, one.shaken)?;
         let mut best = one;
         // Alone the first part stands for both: beside a slower one it is faster.
         let second = |(second_share, tau_s): (f64, f64), faster: f64| {
@@ -248,11 +271,15 @@ impl Search<'_> {
         self.improve(&mut best, &slow.collect::<Vec<_>>());
         self.improve(&mut best, &[0.01, 0.04, 0.15, 0.25].map(|share| shared(1, share)));
         self.undo_small_gains(&mut best, &one, SECOND_GAIN);
-        self.improve(&mut best, &[0.1, 0.2, 0.4, 0.6, 0.8].map(|share| shared(0, share)));
+        self.improve(&mut best, &[0.3, 0.55, 1.8, 3.3].map(louder));
+        self.shake(&mut best, &[0.75, 1.3]);
         self.resize(&mut best, &[0.9, 1.1]);
-        self.improve(&mut best, &[0.77, 1.3].map(slower));
+        self.improve(&mut best, &[0.6, 0.77, 1.3, 1.7].map(slower));
+        self.improve(&mut best, &[0.7, 0.85, 1.2, 1.4].map(louder));
+        let mut white = self.start(white.mixtures, best.shaken)?;
+        self.resize(&mut white, &[0.8, 0.93, 1.07]);
         self.undo_small_gains(&mut best, &white, self.sensors.least_gain);
-        Some(best.mixtures)
+        Some(best)
     }
 
     /// Puts each device back to what it was before, where it has gained too little since.
@@ -280,6 +307,24 @@ impl Search<'_> {
         self.change(best, &alone, &factors.iter().map(|factor| sized(*factor)).collect::<Vec<_>>());
     }
 
+    /// Lets each noise of the motion take the factor that makes all innovations most likely.
+    fn shake(&self, best: &mut Best, factors: &[f64]) {
+        for place in (0..best.shaken.len()).filter(|_| self.sensors.are_inertial) {
+            let trial = |factor: &f64| {
+                let mut shaken = best.shaken;
+                shaken[place] = (factor * shaken[place]).clamp(1.0 / MOST_SHAKEN, MOST_SHAKEN);
+                Some((shaken, self.cost(&best.mixtures, shaken)?))
+            };
+            let sum = |cost: &Costs| cost.iter().sum::<f64>();
+            let trials: Vec<_> = factors.par_iter().filter_map(trial).collect();
+            for (shaken, cost) in trials {
+                if sum(&cost) < sum(&best.cost) {
+                    (best.shaken, best.cost) = (shaken, cost);
+                }
+            }
+        }
+    }
+
     /// Lets each device take the change of its spectrum that makes its innovations most likely.
     fn improve(&self, best: &mut Best, changes: &[impl Fn(&Mixture) -> Mixture]) {
         self.change(best, self.sensors.devices, changes);
@@ -301,7 +346,7 @@ impl Search<'_> {
             trial
         };
         let trials: Vec<Mixtures> = changes.iter().map(|change| trial(change)).collect();
-        let costs: Vec<_> = trials.par_iter().map(|trial| self.cost(trial)).collect();
+        let costs: Vec<_> = trials.par_iter().map(|trial| self.cost(trial, best.shaken)).collect();
         let before = best.mixtures;
         for channels in groups {
             let sum = |cost: &Costs| channels.iter().map(|channel| cost[*channel as usize]).sum::<f64>();
@@ -313,16 +358,17 @@ impl Search<'_> {
         }
         // Each took its best beside the others' trial; beside the others' best it may stand otherwise.
         if best.mixtures != before
-            && let Some(cost) = self.cost(&best.mixtures)
+            && let Some(cost) = self.cost(&best.mixtures, best.shaken)
         {
             best.cost = cost;
         }
     }
 
     /// Σ (ln S + e²) of each channel over the blocks that choose.
-    fn cost(&self, noise: &Mixtures) -> Option<Costs> {
+    fn cost(&self, noise: &Mixtures, factors: Shaken) -> Option<Costs> {
         let mut setup = self.log_data.setup.clone();
         apply(&mut setup, noise, self.channels);
+        setup.noise = shaken(&setup.noise, factors);
         let pass = whitener::run(&setup, &self.log_data.samples, self.set, &[])?;
         let mut cost = [0.0; ResidualChannel::COUNT];
         for r in pass.residuals.iter().filter(|r| r.used && self.log_data.split.is_at(DataPart::Seen, r.t_s)) {
@@ -341,6 +387,16 @@ fn with_part(mixture: &Mixture, place: usize, change: impl Fn((f64, f64)) -> (f6
 /// The share of a part that is there.
 fn shared(place: usize, share: f64) -> impl Fn(&Mixture) -> Mixture {
     move |m: &Mixture| with_part(m, place, |(old, tau_s)| (if old > 0.0 { share } else { 0.0 }, tau_s))
+}
+
+/// The variance of the first part, beside which the others keep theirs.
+fn louder(factor: f64) -> impl Fn(&Mixture) -> Mixture {
+    move |m: &Mixture| {
+        let [(first, first_s), (second, second_s)] = m.parts;
+        let whole = 1.0 + (factor - 1.0) * first;
+        let parts = [(factor * first / whole, first_s), (second / whole, second_s)];
+        Mixture { size: m.size * whole.sqrt(), parts }
+    }
 }
 
 /// The time constant of the first part.

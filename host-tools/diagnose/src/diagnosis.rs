@@ -16,7 +16,7 @@ use crate::remaining::Remaining;
 use crate::samples::ResidualChannel;
 use crate::scores::{Whiteness, whiteness, whiteness_p};
 use crate::search;
-use crate::selection::{self, Round, Selected};
+use crate::selection::{self, Ground, Round, Selected};
 use crate::statistics::MOST_COLOURED;
 use crate::structure::{self, Structure};
 use crate::timing;
@@ -172,7 +172,7 @@ fn once(log_data: &mut PreparedLog, mut progress: impl FnMut(&str)) -> Option<(D
     let (Selected { accepted, fit, rounds, .. }, noise_effects) = select(log_data, &mut progress)?;
     progress("alternatives");
     let (mut accepted, mut joint, mut unfounded) = (accepted, Some(fit), Vec::new());
-    let (mut is_refuted, mut is_impossible) = (false, false);
+    let mut grounds = Vec::new();
     let (alternatives, joint, without, times) = loop {
         let (settled, alternatives, fitted) = settle(log_data, accepted, joint.take(), &rounds)?;
         accepted = settled;
@@ -180,13 +180,13 @@ fn once(log_data: &mut PreparedLog, mut progress: impl FnMut(&str)) -> Option<(D
         log_data.split.except(times.iter().flatten().flatten().copied().collect());
         let without = judged::without_each(log_data, &accepted, DataPart::Seen)?;
         // The data that judge choose no other model: their word is the verdict's.
-        let refusal = match judged::unfounded(log_data, &fitted) {
-            None => judged::refuted(log_data, &fitted, &without).inspect(|_| is_refuted = true),
-            unfounded => unfounded,
+        let refusal = match judged::founded(log_data, &fitted) {
+            Ok(chosen) => judged::refuted(log_data, &fitted, &without, &chosen),
+            Err(unfounded) => Some(unfounded),
         };
         let Some(refusal) = refusal else { break (alternatives, fitted, without, times) };
         accepted.remove(refusal.place);
-        is_impossible |= refusal.is_impossible;
+        grounds.push(refusal.ground);
         unfounded.push(refusal.note);
     };
     progress("structure");
@@ -196,7 +196,8 @@ fn once(log_data: &mut PreparedLog, mut progress: impl FnMut(&str)) -> Option<(D
         || rayon::join(|| structure::find(log_data, &accepted, swell), against_declared),
         || describe(log_data, &accepted, alternatives, &joint, (&without, times, &rounds)),
     );
-    let (left, found) = (left?, found?);
+    let (mut left, found) = (left?, found?);
+    let refuted_terms = left.take_if_refuted();
     let explained: f64 = log_data.seen_square(&log_data.declared) - joint.seen_square;
     let structure_remains = !left.hints.is_empty() && left.gain > tolerated(explained);
     let whitenesses = whiteness(log_data, &joint.pass, DataPart::Judge);
@@ -205,8 +206,8 @@ fn once(log_data: &mut PreparedLog, mut progress: impl FnMut(&str)) -> Option<(D
     let impossible = rounds.last().map_or_else(Vec::new, |last| judged::impossible(log_data, &joint, last));
     let conditions = Conditions {
         // What the data that judge do not bear out, and do not miss, is not there.
-        is_refuted: is_refuted && errs_in_a_channel(&whitenesses, MISSED),
-        is_impossible: is_impossible || !impossible.is_empty(),
+        is_refuted: grounds.contains(&Ground::Refuted) && errs_in_a_channel(&whitenesses, MISSED),
+        is_impossible: grounds.contains(&Ground::Impossible) || !impossible.is_empty(),
         structure_remains,
         exceeds_noise,
         generic_terms_fit_better: !accepted.is_empty()
@@ -217,9 +218,10 @@ fn once(log_data: &mut PreparedLog, mut progress: impl FnMut(&str)) -> Option<(D
         ..Conditions::default()
     };
     let rule = verdict::decide(&conditions);
+    let generic_gain = against_declared.as_ref().map_or(0.0, |structure| structure.gain);
     let stand_in = conditions.generic_terms_fit_better
         || conditions.is_impossible
-        || structure_remains && left.gain > LEFT_BESIDE * explained;
+        || structure_remains && left.gain > LEFT_BESIDE * explained && generic_gain > explained;
     let (mut found, mut structure) = (found, left);
     if rule.verdict == Verdict::Unexplained && stand_in {
         // The entries stood in for something else: the terms reported are those against the declared model.
@@ -236,6 +238,7 @@ fn once(log_data: &mut PreparedLog, mut progress: impl FnMut(&str)) -> Option<(D
         .chain(search::undetermined(&rounds))
         .chain(unfounded)
         .chain(impossible)
+        .chain(refuted_terms)
         .chain(scale_notes(log_data))
         .chain(whitenesses.iter().filter_map(Whiteness::colour_note))
         .collect();
@@ -271,7 +274,8 @@ const MISSED: f64 = 1e-2;
 /// Structure beside the accepted effects is tolerated up to this share of their gain, and up to this much.
 const TOLERATED: (f64, f64) = (5e-4, 60.0);
 
-/// Entries are named beside structure that gains less than this part of what they explain.
+/// Entries are named beside structure that gains less than this part of what they explain, or where they explain more than
+/// any structure does in their place.
 const LEFT_BESIDE: f64 = 0.2;
 
 fn tolerated(explained: f64) -> f64 {
@@ -354,7 +358,7 @@ fn settle(
             let mut with = accepted.clone();
             with[place] = better.instance.clone();
             // What would be refused there takes no place.
-            let stands = |with| Some(judged::unfounded(log_data, &log_data.fit(with, DataPart::Seen)?).is_none());
+            let stands = |with| Some(judged::founded(log_data, &log_data.fit(with, DataPart::Seen)?).is_ok());
             (better.deficit + cost < -1.0 && stands(&with)?).then(|| (place, better.instance.clone()))
         });
         match swap {

@@ -3,7 +3,7 @@
 use crate::borne_out::BorneOut;
 use crate::candidates::{Instance, others};
 use crate::prepared_log::{DataPart, JointFit, PreparedLog};
-use crate::selection::{Evidence, Refusal, Round};
+use crate::selection::{Evidence, Ground, Refusal, Round};
 use crate::whitener::Pass;
 use backseat_core::effects::ParameterKind;
 use backseat_logs::stats::Z_95;
@@ -86,51 +86,64 @@ pub fn without_each(log_data: &PreparedLog, accepted: &[Instance], part: DataPar
         .collect()
 }
 
-/// The effect that should not be accepted, if there is one: impossible, of a size whose interval holds zero, or, with the
-/// values of the training blocks, not borne out by the choosing ones.
-#[must_use]
-pub fn unfounded(log_data: &PreparedLog, joint: &JointFit) -> Option<Refusal> {
-    let refusal = |place, note, is_impossible| Some(Refusal { place, note, is_impossible });
+/// What the data that choose say of each effect, with the values of those that train; or the effect that should not be
+/// accepted: impossible, of a size whose interval holds zero or is too small to matter, or not borne out by them. Of an
+/// event they may say nothing: it is refused here where they lose by it.
+///
+/// # Errors
+/// The effect that is refused.
+pub fn founded(log_data: &PreparedLog, joint: &JointFit) -> Result<Vec<BorneOut>, Refusal> {
+    let refusal = |place, ground, note| Err(Refusal { place, note, ground });
     for (place, instance) in joint.instances.iter().enumerate() {
         let (name, sizes) = (instance.candidate.label(), &instance.sizes);
         let sigmas = joint.sigmas_of(place);
         let holds_zero =
             !instance.candidate.is_stuck() && sizes.iter().zip(sigmas).all(|(size, sigma)| size.abs() < Z_95 * sigma);
         if !is_possible(instance, sigmas, log_data.setup.parameters.length_m) {
-            return refusal(place, format!("{name} is not named: {IMPOSSIBLE}"), true);
+            return refusal(place, Ground::Impossible, format!("{name} is not named: {IMPOSSIBLE}"));
         }
         if !instance.candidate.is_stuck() && is_negligible(instance) {
             let sizes: Vec<String> = sizes.iter().map(|size| format!("{size:.1e}")).collect();
             let note = format!("{name} is not named: of {} it is too small to matter", sizes.join(", "));
-            return refusal(place, note, false);
+            return refusal(place, Ground::Unfounded, note);
         }
         if holds_zero {
-            return refusal(place, format!("{name} is not named: the interval of its size holds zero"), false);
+            let note = format!("{name} is not named: the interval of its size holds zero");
+            return refusal(place, Ground::Unfounded, note);
         }
     }
-    let trained = log_data.fit(&joint.instances, DataPart::Train)?;
-    let without = without_each(log_data, &joint.instances, DataPart::Train)?;
+    let trained = log_data.fit(&joint.instances, DataPart::Train);
+    let with_and_without = trained.and_then(|t| Some((t, without_each(log_data, &joint.instances, DataPart::Train)?)));
+    let Some((trained, without)) = with_and_without else {
+        return Ok(vec![BorneOut::default(); joint.instances.len()]);
+    };
     let of = borne_out(log_data, &joint.instances, &trained.pass, &without, DataPart::Choose);
-    let place = worst(&of, |place| is_vain(&joint.instances[place], &of[place]))?;
+    let is_event = |place: usize| joint.instances[place].candidate.span.is_some();
+    let is_vain = |place: usize| if is_event(place) { of[place].is_lost_by() } else { of[place].is_refuted() };
+    let Some(place) = worst(&of, is_vain) else { return Ok(of) };
     let name = joint.instances[place].candidate.label();
     let reason = "what is kept to choose by does not bear it out";
-    refusal(place, format!("{name} is not named: {reason} ({})", of[place]), false)
+    refusal(place, Ground::Unfounded, format!("{name} is not named: {reason} ({})", of[place]))
 }
 
-/// The effect that the data that judge speak against, if there is one: it is not named, and the verdict says so.
+/// The effect that the data that judge speak against, if there is one: it is not named, and the verdict says so. An event
+/// had its times to choose among much noise: the data that choose and those that judge have to bear it out together.
 #[must_use]
-pub fn refuted(log_data: &PreparedLog, joint: &JointFit, without: &[Pass]) -> Option<Refusal> {
+pub fn refuted(log_data: &PreparedLog, joint: &JointFit, without: &[Pass], chosen: &[BorneOut]) -> Option<Refusal> {
     let of = borne_out(log_data, &joint.instances, &joint.pass, without, DataPart::Judge);
-    let place = worst(&of, |place| is_vain(&joint.instances[place], &of[place]))?;
+    let together = |place: usize| of[place].and(&chosen[place]);
+    let is_vain = |place: usize| {
+        let is_event = joint.instances[place].candidate.span.is_some();
+        of[place].is_refuted() || is_event && !together(place).is_borne_out()
+    };
+    let place = worst(&of, is_vain)?;
     let name = joint.instances[place].candidate.label();
-    let reason = "it is significant where it was fitted, and the data that judge do not bear it out";
-    Some(Refusal { place, note: format!("{name} is not named: {reason} ({})", of[place]), is_impossible: false })
-}
-
-/// Whether data that had no say in an effect do not let it stand: they refute it, or say nothing of an event, which had its
-/// times to choose among much noise.
-fn is_vain(instance: &Instance, of: &BorneOut) -> bool {
-    of.is_refuted() || instance.candidate.span.is_some() && !of.is_borne_out()
+    let (ground, reason) = if together(place).is_tested() || of[place].is_refuted() {
+        (Ground::Refuted, "it is significant where it was fitted, and the data that judge do not bear it out")
+    } else {
+        (Ground::Unfounded, "it is significant where it was fitted, and no other data say anything of it")
+    };
+    Some(Refusal { place, note: format!("{name} is not named: {reason} ({})", of[place]), ground })
 }
 
 /// What the data that judge say of proposed terms, by the passes before and with them.

@@ -11,6 +11,7 @@ use crate::whitener::{Pass, Residual};
 /// Puts noise that lasts, estimated beside effects, in the place of what there was; whether there is any.
 pub fn take(log_data: &mut PreparedLog, beside: &[Instance], is_swell_kept: bool) -> Option<bool> {
     (log_data.own_scale, log_data.setup.colours) = (log_data.declared_scale, Vec::new());
+    log_data.setup.noise = log_data.declared_noise;
     let noise = estimate(log_data, beside, is_swell_kept)?;
     if noise.is_empty() {
         return Some(false);

@@ -10,6 +10,7 @@ pub use crate::split::{DataPart, FORECAST_SHARE, Split};
 use crate::timing;
 use crate::whitener::{self, Pass, Residual, Setup};
 use backseat_core::navigation::SurfaceNoise;
+use backseat_core::parameters::ProcessNoise;
 use backseat_estimation::commands::InputTiming;
 use backseat_estimation::inputs;
 use backseat_logs::log::Column;
@@ -38,6 +39,8 @@ pub struct PreparedLog {
     pub split: Split,
     /// Scale of each channel's noise before noise that lasts was looked for.
     pub declared_scale: [f64; ResidualChannel::COUNT],
+    /// Noise of the motion, as the vehicle file has it.
+    pub declared_noise: ProcessNoise,
     /// Effects beside which noise that lasts was estimated last.
     pub noise_beside: Vec<&'static str>,
     /// Whether noise that lasts was looked for.
@@ -127,6 +130,7 @@ impl PreparedLog {
             declared,
             split,
             declared_scale: own_scale,
+            declared_noise: vehicle.noise,
             noise_beside: Vec::new(),
             is_noise_estimated: false,
             event_times_s: Vec::new(),

@@ -6,6 +6,7 @@
 //! more where the last addition made another effect superfluous. A model whose hypotheses are columns of one pass
 //! begins with nothing accepted; one whose joint fit moves every entry freely begins with all.
 
+use crate::borne_out::LEAST_EXPECTED;
 use crate::candidates::Instance;
 use crate::split::DataPart;
 use rayon::prelude::*;
@@ -83,10 +84,12 @@ pub struct Round {
 }
 
 impl Round {
-    /// Whether a hypothesis stands after the number of those tried, and on data it was not fitted to.
+    /// Whether a hypothesis stands after the number of those tried, and on data it was not fitted to. Of an event these may
+    /// say nothing: a compass that jumps shows it at one instant.
     #[must_use]
     pub fn is_significant(&self, evidence: &Evidence) -> bool {
-        evidence.chance() * (self.tried as f64) < FAMILY_ERROR && evidence.held_gain > 0.0
+        let least = if evidence.instance.candidate.span.is_some() { -LEAST_EXPECTED } else { 0.0 };
+        evidence.chance() * (self.tried as f64) < FAMILY_ERROR && evidence.held_gain > least
     }
 }
 
@@ -113,8 +116,19 @@ pub struct Refusal {
     pub place: usize,
     /// In a sentence.
     pub note: String,
-    /// Whether it is significant, and of a size that this vehicle cannot have.
-    pub is_impossible: bool,
+    /// Why.
+    pub ground: Ground,
+}
+
+/// Why an effect is not named.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Ground {
+    /// It is significant, and of a size that this vehicle cannot have.
+    Impossible,
+    /// Too little speaks for it.
+    Unfounded,
+    /// The data that judge speak against it.
+    Refuted,
 }
 
 /// A log with a model, whose effects are selected.
@@ -212,7 +226,7 @@ fn rounds<M: Selectable>(
             let effect = accepted.remove(refusal.place).candidate.effect;
             gone.push(effect);
             barred.push(effect);
-            if refusal.is_impossible {
+            if refusal.ground == Ground::Impossible {
                 refused.push((effect, refusal.note));
             }
         }

@@ -1,5 +1,6 @@
 //! Structure that no entry accounts for: generic terms of the equations of motion against what is left.
 
+use crate::borne_out::BorneOut;
 use crate::candidates::{Instance, own_terms, set_of};
 use crate::linear;
 use crate::normal_equations::NormalEquations;
@@ -55,6 +56,20 @@ pub struct Structure {
     pub named: Vec<NamedTerm>,
     /// Gain of all of them.
     pub gain: f64,
+    /// What the data that judge say of the terms together.
+    pub judged: BorneOut,
+}
+
+impl Structure {
+    /// Leaves out terms that the data that judge speak against; which, in a sentence.
+    pub fn take_if_refuted(&mut self) -> Option<String> {
+        if self.hints.is_empty() || !self.judged.is_refuted() {
+            return None;
+        }
+        let names: Vec<String> = self.hints.drain(..).map(|hint| hint.generic.name()).collect();
+        let reason = "significant where the model was fitted, and the data that judge do not bear it out";
+        Some(format!("{} is {reason} ({})", names.join(" with "), self.judged))
+    }
 }
 
 /// Looks for generic terms beside the accepted effects. In a swell, what swings with it is left out: the autopilot
@@ -114,6 +129,33 @@ fn pursue(log_data: &PreparedLog, pass: &Pass, nuisance: &[usize], dictionary: &
         for (hint, value) in structure.hints.iter_mut().zip(&together.theta[nuisance.len()..]) {
             hint.value = *value;
         }
+        if let Some(alone) = fit(&whole, nuisance) {
+            let columns = (chosen.as_slice(), together.theta.as_slice());
+            structure.judged = judged(log_data, pass, (nuisance, &alone.theta), columns);
+        }
     }
     structure
+}
+
+/// What the blocks that judge say of columns with these values, beside fewer with other values: Σ d² and 2 Σ d e₁ of each.
+fn judged(
+    log_data: &PreparedLog,
+    pass: &Pass,
+    (fewer, without): (&[usize], &[f64]),
+    (columns, with): (&[usize], &[f64]),
+) -> BorneOut {
+    let difference: Vec<f64> = with.iter().enumerate().map(|(i, x)| x - without.get(i).unwrap_or(&0.0)).collect();
+    let blocks = pass.normal.blocks.iter().enumerate();
+    let judging = blocks.filter(|(index, block)| block.count > 0 && log_data.is_in(DataPart::Judge, *index));
+    let of = |(_, block): (usize, &NormalEquations)| {
+        let gain = linear::gain_of(block, columns, with, &[]) - linear::gain_of(block, fewer, without, &[]);
+        let mut square = 0.0;
+        for (i, x) in columns.iter().zip(&difference) {
+            for (j, y) in columns.iter().zip(&difference) {
+                square += x * y * block.information(*i, *j);
+            }
+        }
+        [square, gain - square]
+    };
+    BorneOut::of_blocks(&judging.map(of).collect::<Vec<_>>())
 }

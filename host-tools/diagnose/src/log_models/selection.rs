@@ -14,7 +14,7 @@ use crate::diagnosis::{Diagnosis, FoundEffect};
 use crate::floor::FEWEST_JUDGED;
 use crate::normal_equations::Column;
 use crate::scores::Scores;
-use crate::selection::{self, BLOCKS_A_NUMBER, COST, Evidence, FAMILY_ERROR, Refusal, Round, Selectable, Worth};
+use crate::selection::{self, BLOCKS_A_NUMBER, COST, Evidence, FAMILY_ERROR, Ground, Refusal, Round, Selectable, Worth};
 use crate::split::DataPart;
 use crate::structure::Structure;
 use crate::verdict::Conditions;
@@ -206,14 +206,14 @@ impl<'a, M: LogModel> Selectable for Entries<'a, M> {
     /// that fit.
     fn refusal(&self, effects: &[Instance], linear: &Linearised<'a, M>) -> Option<Refusal> {
         let chosen = self.hypotheses(effects);
-        let outside = |place: usize| Some(Refusal { place, note: self.outside(&effects[place])?, is_impossible: true });
+        let outside = |place: usize| Some(Refusal { place, note: self.outside(&effects[place])?, ground: Ground::Impossible });
         let gain = |place: usize| {
             linear.chosen_gain(&columns(&chosen[place].free), &free(&self.calibrated, &chosen, Some(place)))
         };
         let in_vain = || {
             let lost = (0..effects.len()).map(|place| (gain(place), place)).filter(|(gain, _)| *gain <= 0.0);
             let (_, place) = lost.min_by(|a, b| a.0.total_cmp(&b.0))?;
-            Some(Refusal { place, note: String::new(), is_impossible: false })
+            Some(Refusal { place, note: String::new(), ground: Ground::Unfounded })
         };
         (0..effects.len()).find_map(outside).or_else(in_vain)
     }

@@ -1,7 +1,7 @@
 //! A model that was fitted, and which of its effects are needed.
 
 use crate::candidates::{Candidate, Instance};
-use crate::selection::{self, COST, PREDICTIVE_GAIN, Refusal, Round, Selectable, Worth};
+use crate::selection::{self, COST, Ground, PREDICTIVE_GAIN, Refusal, Round, Selectable, Worth};
 use crate::split::DataPart;
 use backseat_identify::short_runs::{Draft, Fit, Problem, Unknown};
 
@@ -121,6 +121,6 @@ impl<'a, P: Fn(&[&'static str]) -> Problem<'a> + Sync> Selectable for Runs<'_, P
             |effect: &str| fitted.places(effect).iter().any(|&at| draft.is_on_limit(fitted.problem.unknowns[at].place));
         let place =
             names(effects).into_iter().position(|effect| self.asked.contains(&effect) && is_on_limit(effect))?;
-        Some(Refusal { place, note: String::new(), is_impossible: false })
+        Some(Refusal { place, note: String::new(), ground: Ground::Unfounded })
     }
 }
