@@ -83,6 +83,17 @@ pub(crate) fn apply_turned(turned: &Square, x: &[f64; 12]) -> [f64; 12] {
     std::array::from_fn(|i| at(&product, i))
 }
 
+/// (a + aᵀ)/2.
+#[inline]
+pub(crate) fn symmetrise(a: &mut Square) {
+    for i in 0..12 {
+        for j in 0..i {
+            let mean = 0.5 * (at(&a[i], j) + at(&a[j], i));
+            (*at_mut(&mut a[i], j), *at_mut(&mut a[j], i)) = (mean, mean);
+        }
+    }
+}
+
 /// aᵀ.
 #[inline]
 pub(crate) fn transpose(a: &Square) -> Square {

@@ -72,6 +72,8 @@ impl Filter<'_> {
         for (row, addend) in self.p.iter_mut().zip(&moved) {
             matrix::add_times(row, 1.0, addend);
         }
+        // No reading corrects what rounding leaves between P and Pᵀ, and a vehicle whose heading is unstable doubles it.
+        matrix::symmetrise(&mut self.p);
         // Trapezoid of ∫ Φ Q Φᵀ: good to the square of the step over the time constants.
         for (i, q) in psd(self.noise()).into_iter().enumerate() {
             let mut column: [f64; 12] = std::array::from_fn(|row| matrix::at(&d[row], U + i));
