@@ -169,25 +169,32 @@ fn retimed(log_data: &mut PreparedLog, accepted: &[Instance]) -> Option<bool> {
 
 /// With the timing of the inputs as it is; beside the diagnosis the entries accepted, even where they do not explain all.
 fn once(log_data: &mut PreparedLog, mut progress: impl FnMut(&str)) -> Option<(Diagnosis, Vec<Instance>)> {
-    let (Selected { accepted, fit, rounds, .. }, noise_effects) = select(log_data, &mut progress)?;
-    progress("alternatives");
-    let (mut accepted, mut joint, mut unfounded) = (accepted, Some(fit), Vec::new());
-    let mut grounds = Vec::new();
+    let (Selected { fit, rounds, .. }, noise_effects) = select(log_data, &mut progress)?;
+    let (mut accepted, mut unfounded, mut grounds, mut swaps) = (fit.instances, Vec::new(), Vec::new(), 0);
     let (alternatives, joint, without, times) = loop {
-        let (settled, alternatives, fitted) = settle(log_data, accepted, joint.take(), &rounds)?;
-        accepted = settled;
+        // The values that are reported are of all that does not judge.
+        let joint = log_data.fit(&accepted, DataPart::Seen)?;
+        accepted.clone_from(&joint.instances);
         let times = event_times(log_data, &accepted);
         log_data.split.except(times.iter().flatten().flatten().copied().collect());
         let without = judged::without_each(log_data, &accepted, DataPart::Seen)?;
         // The data that judge choose no other model: their word is the verdict's.
-        let refusal = match judged::founded(log_data, &fitted) {
-            Ok(chosen) => judged::refuted(log_data, &fitted, &without, &chosen),
+        let refusal = match judged::founded(log_data, &joint) {
+            Ok(chosen) => judged::refuted(log_data, &joint, &without, &chosen),
             Err(unfounded) => Some(unfounded),
         };
-        let Some(refusal) = refusal else { break (alternatives, fitted, without, times) };
-        accepted.remove(refusal.place);
-        grounds.push(refusal.ground);
-        unfounded.push(refusal.note);
+        if let Some(refusal) = refusal {
+            accepted.remove(refusal.place);
+            grounds.push(refusal.ground);
+            unfounded.push(refusal.note);
+        } else {
+            progress("alternatives");
+            match alternatives_to(log_data, &accepted, &rounds)? {
+                (_, Some((place, instance))) if swaps < MOST_SWAPS => accepted[place] = instance,
+                (alternatives, _) => break (alternatives, joint, without, times),
+            }
+            swaps += 1;
+        }
     };
     progress("structure");
     let swell = lasting_noise::has_waves(&noise_effects);
@@ -271,6 +278,9 @@ fn is_coloured(whitenesses: &[Whiteness], is_noise_estimated: bool) -> bool {
 /// Probability by chance below which the data that judge are taken to miss an effect that they do not bear out.
 const MISSED: f64 = 1e-2;
 
+/// So often an alternative takes an effect's place.
+const MOST_SWAPS: usize = 2;
+
 /// Structure beside the accepted effects is tolerated up to this share of their gain, and up to this much.
 const TOLERATED: (f64, f64) = (5e-4, 60.0);
 
@@ -330,51 +340,35 @@ fn generic_is_better(log_data: &mut PreparedLog, alternative: &Structure, accept
         || (explain_more(promised(accepted)) && explain_more(fitted(accepted)))
 }
 
-/// Alternatives to every accepted effect; one that explains more takes the effect's place.
+/// Alternatives to every accepted effect, and the effect whose place one takes that explains more.
 #[allow(clippy::type_complexity)] // used once
-fn settle(
+fn alternatives_to(
     log_data: &PreparedLog,
-    accepted: Vec<Instance>,
-    joint: Option<JointFit>,
+    accepted: &[Instance],
     rounds: &[Round],
-) -> Option<(Vec<Instance>, Vec<Vec<Alternative>>, JointFit)> {
-    let (mut accepted, mut joint) = (accepted, joint);
-    for _ in 0..2 {
-        let found: Option<Vec<Vec<Alternative>>> = (0..accepted.len())
-            .into_par_iter()
-            .map(|place| {
-                let others = others(&accepted, place);
-                match rounds.first() {
-                    Some(first) if others.is_empty() => Some(alternatives::find(log_data, &accepted, place, first)),
-                    _ => Some(alternatives::find(log_data, &accepted, place, &search::round(log_data, &others)?)),
-                }
-            })
-            .collect();
-        let alternatives = found?;
-        let swap = alternatives.iter().enumerate().find_map(|(place, alternatives)| {
-            let better = alternatives.iter().find(|alternative| alternative.is_separable)?;
-            let degrees = |candidate: &Candidate| candidate.degrees() as f64;
-            let cost = 2.0 * (degrees(&better.instance.candidate) - degrees(&accepted[place].candidate));
-            let mut with = accepted.clone();
-            with[place] = better.instance.clone();
-            // What would be refused there takes no place.
-            let stands = |with| Some(judged::founded(log_data, &log_data.fit(with, DataPart::Seen)?).is_ok());
-            (better.deficit + cost < -1.0 && stands(&with)?).then(|| (place, better.instance.clone()))
-        });
-        match swap {
-            None => {
-                // The values that are reported are of all that does not judge.
-                let start = joint.as_ref().map_or(&accepted, |joint| &joint.instances);
-                let joint = log_data.fit(start, DataPart::Seen)?;
-                return Some((joint.instances.clone(), alternatives, joint));
+) -> Option<(Vec<Vec<Alternative>>, Option<(usize, Instance)>)> {
+    let found: Option<Vec<Vec<Alternative>>> = (0..accepted.len())
+        .into_par_iter()
+        .map(|place| {
+            let others = others(accepted, place);
+            match rounds.first() {
+                Some(first) if others.is_empty() => Some(alternatives::find(log_data, accepted, place, first)),
+                _ => Some(alternatives::find(log_data, accepted, place, &search::round(log_data, &others)?)),
             }
-            Some((place, instance)) => accepted[place] = instance,
-        }
-        joint = None;
-    }
-    let joint = log_data.fit(&accepted, DataPart::Seen)?;
-    let alternatives = vec![Vec::new(); accepted.len()];
-    Some((joint.instances.clone(), alternatives, joint))
+        })
+        .collect();
+    let alternatives = found?;
+    let swap = alternatives.iter().enumerate().find_map(|(place, alternatives)| {
+        let better = alternatives.iter().find(|alternative| alternative.is_separable)?;
+        let degrees = |candidate: &Candidate| candidate.degrees() as f64;
+        let cost = 2.0 * (degrees(&better.instance.candidate) - degrees(&accepted[place].candidate));
+        let mut with = accepted.to_vec();
+        with[place] = better.instance.clone();
+        // What would be refused there takes no place.
+        let stands = |with| Some(judged::founded(log_data, &log_data.fit(with, DataPart::Seen)?).is_ok());
+        (better.deficit + cost < -1.0 && stands(&with)?).then(|| (place, better.instance.clone()))
+    });
+    Some((alternatives, swap))
 }
 
 /// Intervals of onset and end of every effect that has them.

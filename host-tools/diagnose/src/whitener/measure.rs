@@ -8,7 +8,7 @@ use crate::samples::{Reading, ResidualChannel, ShipAtLaunch};
 use backseat_core::dynamics::Attitude;
 use backseat_core::effects::SensorChannel;
 use backseat_core::navigation::{models, triad};
-use backseat_core::state::{self, P, PHI, PSI, U, VehicleState, X, Y, Z, wrap_angle};
+use backseat_core::state::{self, P, PHI, PSI, U, V, VehicleState, X, Y, Z, wrap_angle};
 use backseat_logs::log::Usbl;
 use nalgebra::{Matrix3, SMatrix, Vector3};
 
@@ -272,6 +272,7 @@ impl Filter<'_> {
         if used && self.columns > 0 {
             self.set_direct(prediction, &x0, &read);
         }
+        let untold = self.untold_by(prediction.sensor);
         for axis in 0..prediction.count {
             let channel = ResidualChannel::ALL[prediction.first as usize + axis];
             let scale = self.setup.scale[channel as usize];
@@ -296,7 +297,8 @@ impl Filter<'_> {
             if !used {
                 continue;
             }
-            let gain = ph.map(|value| value / variance);
+            let full_gain = ph.map(|value| value / variance);
+            let gain: [f64; 12] = std::array::from_fn(|i| if untold.contains(&i) { 0.0 } else { full_gain[i] });
             self.slopes_of(prediction, axis, &h);
             for (value, place) in self.ordered.iter_mut().zip(&self.place) {
                 *value = matrix::at(&self.row[place / LANES], place % LANES);
@@ -315,12 +317,23 @@ impl Filter<'_> {
             }
             self.colours.update(&ph, variance, innovation);
             let by = matrix::row(&ph);
-            for (i, k) in gain.iter().enumerate() {
+            for (i, k) in full_gain.iter().enumerate() {
                 matrix::add_times(&mut self.p[i], -k, &by);
-                self.x[i] += k * innovation;
+                self.x[i] += gain[i] * innovation;
+            }
+            for i in untold {
+                for j in untold {
+                    *matrix::at_mut(&mut self.p[*i], *j) += full_gain[*i] * ph[*j];
+                }
             }
             self.x[PSI] = wrap_angle(self.x[PSI]);
         }
+    }
+
+    /// What a sensor does not tell at the surface, where waves move it: it is only considered, as in flight.
+    fn untold_by(&self, sensor: SensorChannel) -> &'static [usize] {
+        let is_moved_by_waves = matches!(sensor, SensorChannel::Depth | SensorChannel::Attitude | SensorChannel::Rates);
+        if is_moved_by_waves && self.x[Z] < self.setup.surface.depth_m { &[X, Y, U, V] } else { &[] }
     }
 
     /// How the effects' readings differ at `x0`, where the model reads `read`: the same for all scalars of a sensor.

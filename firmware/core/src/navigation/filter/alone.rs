@@ -1,14 +1,15 @@
-//! What changes while no position and no velocity is heard.
+//! What depth and attitude do not tell: while no position and no velocity is heard, and at the surface.
 //!
-//! Depth and attitude go on, and the model correlates them with speed, water and place. What they seem to tell of these
-//! over hours is mostly the error of the model in heave and pitch, whose mean is not zero. So these states are only
-//! considered (S. F. Schmidt 1966): the gain on them is zero, and their uncertainty stays in P.
+//! They go on, and the model correlates them with speed, water and place. What they seem to tell of these over hours is
+//! mostly the error of the model in heave and pitch, whose mean is not zero; at the surface, what waves do with depth and
+//! pitch together. So these states are only considered (S. F. Schmidt 1966): the gain on them is zero, and their
+//! uncertainty stays in P.
 
 use super::cekf::Filter;
 use crate::navigation::algebra::layout::EFFECTS;
 use crate::navigation::interface::effect_states::StateParameter;
 use crate::navigation::interface::measurement::Sensor;
-use crate::state::{U, X, Y};
+use crate::state::{U, V, X, Y, Z};
 
 /// From so long a silence on, µs: ten packets.
 const SILENCE_US: u64 = 300_000_000;
@@ -31,18 +32,25 @@ impl Filter {
         self.time_us.saturating_sub(self.heard_us) > SILENCE_US
     }
 
-    /// Gives back what an update took from the uncertainty of what only positions and velocities tell, and takes the
-    /// gain on it. A filter that knows its vehicle knows the speed from the model, and goes on as before.
+    /// Whether a sensor reads what waves do at the surface.
+    pub(super) fn is_moved_by_waves(&self, sensor: Sensor) -> bool {
+        matches!(sensor, Sensor::Depth | Sensor::Attitude | Sensor::Rates)
+            && self.config.is_at_surface(self.x.vehicle[Z])
+    }
+
+    /// Gives back what an update took from the uncertainty of what its sensor does not tell, and takes the gain on it. A
+    /// filter that knows its vehicle knows the speed from the model, and goes on as before where it is alone.
     #[cold]
     #[inline(never)]
-    pub(super) fn consider(&mut self) {
+    pub(super) fn consider(&mut self, by_waves: bool) {
         let is_uncertain = |parameter| matches!(parameter, StateParameter::LogFactor(_));
-        if !self.config.effect_states.iter().any(|state| is_uncertain(state.parameter)) {
+        if !by_waves && !self.config.effect_states.iter().any(|state| is_uncertain(state.parameter)) {
             return;
         }
         let effects = (EFFECTS..).zip(self.config.effect_states.iter());
-        let by_place = effects.filter(|(_, state)| state.parameter.is_told_by_place()).map(|(at, _)| 1 << at);
-        let mut considered: u64 = by_place.fold(1 << X | 1 << Y | 1 << U, |bits, bit| bits | bit);
+        let untold = effects.filter(|(_, state)| by_waves || state.parameter.is_told_by_place()).map(|(at, _)| 1 << at);
+        let first = 1 << X | 1 << Y | 1 << U | u64::from(by_waves) << V;
+        let mut considered: u64 = untold.fold(first, |bits, bit| bits | bit);
         while considered != 0 {
             let i = considered.trailing_zeros() as usize;
             let gain = self.gain.get(i).copied().unwrap_or_default();

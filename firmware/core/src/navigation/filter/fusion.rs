@@ -130,7 +130,7 @@ impl Filter {
                 variance = self.project(axis);
             }
             let innovation = wrap_innovation(sensor, self.observations.innovation(axis));
-            if !self.fuse_scalar(innovation, variance) {
+            if !self.fuse_scalar(sensor, innovation, variance) {
                 fusions.push(self.record(sensor, axis, f64::NAN, f64::NAN, FusionOutcome::Invalid));
                 break;
             }
@@ -187,7 +187,7 @@ impl Filter {
     }
 
     /// Updates by the scalar whose P hᵀ is in `w`; `false` when the filter has failed.
-    pub(super) fn fuse_scalar(&mut self, innovation: f64, variance: f64) -> bool {
+    pub(super) fn fuse_scalar(&mut self, sensor: Sensor, innovation: f64, variance: f64) -> bool {
         if !(variance.is_finite() && variance > 0.0) {
             self.failure = Some(NavigationError::NotPositive);
             return false;
@@ -198,8 +198,9 @@ impl Filter {
             *k = *g * inverse;
         }
         self.p.update(n, &self.gain, &self.w);
-        if self.is_alone() {
-            self.consider();
+        let by_waves = self.is_moved_by_waves(sensor);
+        if by_waves || self.is_alone() {
+            self.consider(by_waves);
         }
         self.x.correct(&self.gain, innovation);
         true

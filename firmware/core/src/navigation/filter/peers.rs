@@ -79,7 +79,7 @@ impl Filter {
             self.hear(Sensor::Peer);
             outcome = if self.x.layout.peer(peer.address).is_none() {
                 FusionOutcome::Redundant
-            } else if self.fuse_scalar(innovation, variance) {
+            } else if self.fuse_scalar(Sensor::Peer, innovation, variance) {
                 FusionOutcome::Fused
             } else {
                 FusionOutcome::Invalid

@@ -12,7 +12,7 @@ use crate::navigation::algebra::layout::{CLONE_STATES, CloneKind, EFFECTS, N_MAX
 use crate::navigation::filter::cekf::Filter;
 use crate::navigation::filter::effects::Effects;
 use crate::navigation::{CloneId, FusionOutcome, Fusions, Measurement, Sensor, StateParameter};
-use crate::state::{U, VEHICLE_STATES, X, Y, wrap_angle};
+use crate::state::{U, V, VEHICLE_STATES, X, Y, wrap_angle};
 use std::boxed::Box;
 use std::vec;
 use std::vec::Vec;
@@ -218,7 +218,7 @@ impl Reference {
             let s = dot(&phi, &phi) + variance;
             let mut gain: Vector = [0.0; ROWS];
             (0..n).for_each(|i| gain[i] = dot(&self.s[i], &phi) / s);
-            let considered = self.considered();
+            let considered = self.considered(record.sensor);
             if considered.is_empty() {
                 // Potter: φ = Sᵀhᵀ, S → S − γ (S φ) φᵀ.
                 let gamma = s / (s + (variance * s).sqrt());
@@ -237,9 +237,12 @@ impl Reference {
         Effects::bound(&self.shadow.config, &mut self.shadow.x);
     }
 
-    /// The states that are only considered while nobody is heard.
-    fn considered(&self) -> Vec<usize> {
+    /// The states that are only considered, by waves at the surface or while nobody is heard.
+    fn considered(&self, sensor: Sensor) -> Vec<usize> {
         let states = || (EFFECTS..).zip(self.shadow.config.effect_states.iter());
+        if self.shadow.is_moved_by_waves(sensor) {
+            return [X, Y, U, V].into_iter().chain(states().map(|(at, _)| at)).collect();
+        }
         let is_factor = |parameter| matches!(parameter, StateParameter::LogFactor(_));
         if !self.shadow.is_alone() || !states().any(|(_, state)| is_factor(state.parameter)) {
             return Vec::new();
