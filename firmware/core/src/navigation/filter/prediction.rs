@@ -113,8 +113,7 @@ impl Filter {
         let mut linearisation = match (self.config.process_model, &self.model) {
             (ProcessModel::Dynamic, Some(model)) if !is_held => {
                 let linearisation = model.linearise(&self.x.vehicle, input);
-                // Of the surface the model knows nothing: there no parameter is learnt.
-                if self.effects.accelerate() && !self.config.is_at_surface(self.x.vehicle[Z]) {
+                if self.effects.accelerate() {
                     let acceleration = state::velocity(&linearisation.f);
                     self.effects.accelerations(model, input, &acceleration, &self.config, &self.x, &mut self.step);
                 }
