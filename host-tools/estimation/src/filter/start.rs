@@ -19,7 +19,7 @@ pub(super) struct LogStart {
 /// Gathers the latest fix and samples until all are there and the fix is young.
 pub(super) fn first_fix(log: &Log, vehicle: &VehicleFile, options: &FilterOptions) -> Result<LogStart, DataError> {
     let wants_depth = log.has(Column::Depth);
-    let wants_dvl = options.use_dvl && log.rows.iter().any(|row| row.dvl_mps().is_some());
+    let first_dvl_us = log.rows.iter().find(|row| options.use_dvl && row.dvl_mps().is_some()).map(|row| row.time_us);
     let wants_propeller = log.has(Column::PropRpm);
     // a run that never had a fix counts from where it starts
     let is_own_origin = !log.runs.is_empty() && !log.has(Column::GpsX);
@@ -38,6 +38,9 @@ pub(super) fn first_fix(log: &Log, vehicle: &VehicleFile, options: &FilterOption
         propeller = row.get(Column::PropRpm).map(|rpm| rpm * RADPS_PER_RPM).or(propeller);
         let (Some((fix_us, fix_m, fix_sigma_m)), Some(euler)) = (fix, euler) else { continue };
         let age_us = row.time_us - fix_us;
+        // a DVL that finds the bottom only after the fix is not waited for, where the propeller tells the speed
+        let is_late = |dvl_us: u64| dvl_us > fix_us + MAX_FIX_AGE_US && propeller.is_some();
+        let wants_dvl = first_dvl_us.is_some_and(|dvl_us| !is_late(dvl_us));
         let lacks_speed = if wants_dvl { dvl.is_none() } else { wants_propeller && propeller.is_none() };
         if (wants_depth && depth_m.is_none()) || lacks_speed || age_us > MAX_FIX_AGE_US {
             continue;
@@ -121,5 +124,21 @@ mod tests {
         // fins, which is left out here, takes the last percent.
         let speed = steady_speed_mps(&vehicle, 1_011.955_139 * RADPS_PER_RPM);
         assert!((speed - 1.0).abs() < 0.02, "{speed}");
+    }
+
+    #[test]
+    fn a_dvl_that_finds_the_bottom_after_the_dive_is_not_waited_for() {
+        let vehicle = VehicleFile::reference();
+        let options = FilterOptions::new(&vehicle, backseat_core::navigation::ProcessModel::Dynamic);
+        let start_us = |dvl_us: u64| {
+            let mut fix = LogRow::new(1_000_000);
+            fix.set_all(Column::GpsX, &[5.0, 6.0]).set_all(Column::Roll, &[0.0; 3]);
+            fix.set(Column::Depth, 0.1).set(Column::PropRpm, 1000.0);
+            let mut dvl = LogRow::new(dvl_us);
+            dvl.set_all(Column::DvlU, &[1.0, 0.0, 0.0]);
+            let log = Log { rows: vec![fix, dvl], ..Log::default() };
+            first_fix(&log, &vehicle, &options).unwrap().time_us
+        };
+        assert_eq!([3_000_000, 74_000_000].map(start_us), [3_000_000, 1_000_000]);
     }
 }
