@@ -293,8 +293,9 @@ fn a_polygon_is_kept_at_upload_at_start_and_under_way() {
     assert_eq!(shown(&mut board), (Mode::Navigating, ModeReason::Nominal));
     until_ended(&mut world, &mut board, 120, |world, _| world.x[Y] += 0.05);
     stopped(&mut world, &mut board, ModeReason::OutsideFence);
-    // 0.5 m/s; fixes that contradict model and ranges are doubted until the next range, half a minute at most
-    assert!((8.0..25.0).contains(&world.x[Y]), "{} m", world.x[Y]);
+    // 0.5 m/s; its estimate is beyond the edge, give or take a fix's error; fixes that contradict model and ranges are
+    // doubted until the next range, half a minute at most
+    assert!((7.0..25.0).contains(&world.x[Y]), "{} m", world.x[Y]);
 }
 
 /// The straight way home across a headland is none: the vehicle stops instead.
