@@ -23,7 +23,6 @@ use crate::timing;
 use crate::verdict::{self, Conditions, LEAST_WHITENESS_P, Verdict};
 use crate::whitener::Pass;
 use backseat_core::effects::ParameterKind;
-use backseat_core::state::Z;
 use backseat_logs::stats::{Z_95, chi_square_tail};
 use rayon::prelude::*;
 
@@ -84,24 +83,12 @@ pub fn run(log_data: &mut PreparedLog, mut progress: impl FnMut(&str)) -> Option
     propose(log_data, &mut diagnosis);
     diagnosis.notes.extend(coloured_noise::notes(&log_data.setup));
     diagnosis.notes.extend(timing::note(&log_data.timing));
-    diagnosis.notes.extend(surface_note(log_data));
     if diagnosis.effects.iter().any(|found| found.instance.candidate.is_pure_delay()) {
         let note = "beside input_delay a log does not show whether inputs hold or move on between their samples: if they move \
                     on, they are half a sample later than if they hold";
         diagnosis.notes.push(note.to_owned());
     }
     Some(diagnosis)
-}
-
-/// In a sentence, where much of the log is at the surface.
-fn surface_note(log_data: &PreparedLog) -> Option<String> {
-    const MUCH: f64 = 0.2;
-    let (trace, depth_m) = (&log_data.declared.trace, log_data.setup.surface.depth_m);
-    let share = trace.iter().filter(|at| at.x[Z] < depth_m).count() as f64 / trace.len().max(1) as f64;
-    (share > MUCH).then(|| {
-        let percent = 100.0 * share;
-        format!("{percent:.0} % of the log is above {depth_m} m: depth, attitude and rates there, which waves move, say nothing")
-    })
 }
 
 /// Fits the terms of what remains unexplained where no entry is named.
@@ -217,7 +204,7 @@ fn once(log_data: &mut PreparedLog, mut progress: impl FnMut(&str)) -> Option<(D
         || describe(log_data, &accepted, alternatives, &joint, (&without, times, &rounds)),
     );
     let (mut left, found) = (left?, found?);
-    let refuted_terms = left.take_if_refuted();
+    let refuted_terms = left.drop_if_refuted();
     let explained: f64 = log_data.seen_square(&log_data.declared) - joint.seen_square;
     let structure_remains = !left.hints.is_empty() && left.gain > tolerated(explained);
     let whitenesses = whiteness(log_data, &joint.pass, DataPart::Judge);

@@ -62,7 +62,7 @@ pub struct Structure {
 
 impl Structure {
     /// Leaves out terms that the data that judge speak against; which, in a sentence.
-    pub fn take_if_refuted(&mut self) -> Option<String> {
+    pub fn drop_if_refuted(&mut self) -> Option<String> {
         if self.hints.is_empty() || !self.judged.is_refuted() {
             return None;
         }

@@ -14,7 +14,9 @@ use crate::diagnosis::{Diagnosis, FoundEffect};
 use crate::floor::FEWEST_JUDGED;
 use crate::normal_equations::Column;
 use crate::scores::Scores;
-use crate::selection::{self, BLOCKS_A_NUMBER, COST, Evidence, FAMILY_ERROR, Ground, Refusal, Round, Selectable, Worth};
+use crate::selection::{
+    self, BLOCKS_A_NUMBER, COST, Evidence, FAMILY_ERROR, Ground, Refusal, Round, Selectable, Worth,
+};
 use crate::split::DataPart;
 use crate::structure::Structure;
 use crate::verdict::Conditions;
@@ -206,7 +208,8 @@ impl<'a, M: LogModel> Selectable for Entries<'a, M> {
     /// that fit.
     fn refusal(&self, effects: &[Instance], linear: &Linearised<'a, M>) -> Option<Refusal> {
         let chosen = self.hypotheses(effects);
-        let outside = |place: usize| Some(Refusal { place, note: self.outside(&effects[place])?, ground: Ground::Impossible });
+        let outside =
+            |place: usize| Some(Refusal { place, note: self.outside(&effects[place])?, ground: Ground::Impossible });
         let gain = |place: usize| {
             linear.chosen_gain(&columns(&chosen[place].free), &free(&self.calibrated, &chosen, Some(place)))
         };

@@ -273,8 +273,6 @@ impl Filter<'_> {
             self.set_direct(prediction, &x0, &read);
         }
         let untold = self.untold_by(prediction.sensor);
-        // What waves do there speaks neither for an effect nor against one.
-        let counts = used && untold.is_empty();
         for axis in 0..prediction.count {
             let channel = ResidualChannel::ALL[prediction.first as usize + axis];
             let scale = self.setup.scale[channel as usize];
@@ -295,7 +293,7 @@ impl Filter<'_> {
                 dot(&h, &ph) + load * lasting + (prediction.variance[axis] + added) * scale * scale * prediction.alike;
             let sigma = variance.sqrt();
             let (alike, station) = (prediction.alike, prediction.path.station);
-            residuals.push(Residual { t_s, channel, innovation, sigma, alike, used: counts, station });
+            residuals.push(Residual { t_s, channel, innovation, sigma, alike, used, station });
             if !used {
                 continue;
             }
@@ -305,9 +303,7 @@ impl Filter<'_> {
             for (value, place) in self.ordered.iter_mut().zip(&self.place) {
                 *value = matrix::at(&self.row[place / LANES], place % LANES);
             }
-            if counts {
-                rows.row(t_s, innovation / sigma, &self.ordered, -1.0 / sigma);
-            }
+            rows.row(t_s, innovation / sigma, &self.ordered, -1.0 / sigma);
             if self.columns > 0 {
                 let noise_gain = (0..self.colours.count()).map(|j| self.colours.with_scalar(j) / variance);
                 self.gains.clear();

@@ -7,6 +7,7 @@
 
 use super::cekf::Filter;
 use crate::navigation::algebra::layout::EFFECTS;
+use crate::navigation::interface::config::ProcessModel;
 use crate::navigation::interface::effect_states::StateParameter;
 use crate::navigation::interface::measurement::Sensor;
 use crate::state::{U, V, X, Y, Z};
@@ -35,6 +36,7 @@ impl Filter {
     /// Whether a sensor reads what waves do at the surface.
     pub(super) fn is_moved_by_waves(&self, sensor: Sensor) -> bool {
         matches!(sensor, Sensor::Depth | Sensor::Attitude | Sensor::Rates)
+            && self.config.process_model == ProcessModel::Dynamic
             && self.config.is_at_surface(self.x.vehicle[Z])
     }
 
