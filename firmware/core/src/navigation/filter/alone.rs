@@ -50,7 +50,11 @@ impl Filter {
             return;
         }
         let effects = (EFFECTS..).zip(self.config.effect_states.iter());
-        let untold = effects.filter(|(_, state)| by_waves || state.parameter.is_told_by_place()).map(|(at, _)| 1 << at);
+        // buoyancy and trim go on: they take what the surface does in heave and pitch
+        let is_untold = |parameter: StateParameter| {
+            parameter.is_told_by_place() || by_waves && !matches!(parameter, StateParameter::Effect(_))
+        };
+        let untold = effects.filter(|(_, state)| is_untold(state.parameter)).map(|(at, _)| 1 << at);
         let first = 1 << X | 1 << Y | 1 << U | u64::from(by_waves) << V;
         let mut considered: u64 = untold.fold(first, |bits, bit| bits | bit);
         while considered != 0 {
