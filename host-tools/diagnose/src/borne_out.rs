@@ -128,6 +128,7 @@ mod tests {
                     alike: 1.0,
                     used: true,
                     station: None,
+                    is_moved_by_waves: false,
                 })
                 .collect(),
             ..Pass::default()

@@ -12,7 +12,7 @@ use crate::log_effects::Effects;
 use crate::prepared_log::{DataPart, PreparedLog};
 use crate::samples::ResidualChannel;
 use crate::whitener::{self, Colour, Pass, Setup};
-use backseat_core::parameters::ProcessNoise;
+use backseat_core::state::Z;
 use backseat_logs::stats::{autocorrelation, chi_square_tail, ljung_box};
 use rayon::prelude::*;
 
@@ -88,8 +88,9 @@ const SHARES: [f64; 2] = [0.15, 0.6];
 /// compass is ten times worse than the good accelerometers beside it. Held at the declared size, the parts that last of a
 /// quieter channel take up too much, and innovations are correlated the other way.
 const LEAST_SIZE: f64 = 0.1;
-/// How much more or less the water may shake the vehicle than is declared: beyond it is no turbulence.
-const MOST_SHAKEN: f64 = 3.0;
+/// How much more or less the water may shake the vehicle than is declared, under water and at the surface: beyond it is
+/// no turbulence, and more than waves of 1 m and 6 s, √(2 A ω³) = 0.5 m/s²/√Hz for a displacement of variance A.
+const MOST_SHAKEN: [f64; 2] = [3.0, 10.0];
 /// The time constant that noise may have, over the slowest tried.
 const BEYOND: f64 = 1.3;
 
@@ -126,7 +127,7 @@ type Mixtures = [Mixture; ResidualChannel::COUNT];
 /// The noise of some channels, and of the motion.
 pub struct Noise {
     mixtures: Mixtures,
-    process: ProcessNoise,
+    shaken: Shaken,
     channels: Vec<ResidualChannel>,
 }
 
@@ -134,7 +135,7 @@ impl Noise {
     /// Puts it in the place of what these channels, and the motion, had.
     pub fn apply(&self, setup: &mut Setup) {
         apply(setup, &self.mixtures, &self.channels);
-        setup.noise = self.process;
+        shake(setup, &self.shaken);
     }
 }
 
@@ -151,7 +152,7 @@ pub fn estimate(log_data: &PreparedLog, set: &Effects, sensors: &Sensors, kept: 
     let first = log_data.first(sensors.rough_s)?;
     let rough = Search { log_data: &first, set, channels: &channels, sensors }.rough()?;
     let best = Search { log_data, set, channels: &channels, sensors }.refined(&rough)?;
-    Some(Noise { mixtures: best.mixtures, process: shaken(&log_data.setup.noise, best.shaken), channels })
+    Some(Noise { mixtures: best.mixtures, shaken: best.shaken, channels })
 }
 
 /// Whether innovations of any channel are not white, or larger than declared, where nothing judges.
@@ -215,15 +216,16 @@ struct Best {
     cost: Costs,
 }
 
-/// Factors in surge, in sway and heave, in roll, in pitch and yaw.
-type Shaken = [f64; 4];
+/// Factors in surge, in sway and heave, in roll, in pitch and yaw; under water, and at the surface, where waves push.
+type Shaken = [[f64; 4]; 2];
 
-/// Noise of the motion, more or less by these factors.
-fn shaken(declared: &ProcessNoise, [surge, sideways, roll, turning]: Shaken) -> ProcessNoise {
-    let ([u, v, w], [p, q, r]) = (declared.linear_mps2_per_sqrt_hz, declared.angular_radps2_per_sqrt_hz);
-    ProcessNoise {
-        linear_mps2_per_sqrt_hz: [surge * u, sideways * v, sideways * w],
-        angular_radps2_per_sqrt_hz: [roll * p, turning * q, turning * r],
+/// Makes the noise of the motion more or less by these factors.
+fn shake(setup: &mut Setup, factors: &Shaken) {
+    let noises = [&mut setup.noise, &mut setup.surface.noise];
+    for (noise, [surge, sideways, roll, turning]) in noises.into_iter().zip(factors) {
+        let ([u, v, w], [p, q, r]) = (noise.linear_mps2_per_sqrt_hz, noise.angular_radps2_per_sqrt_hz);
+        noise.linear_mps2_per_sqrt_hz = [surge * u, sideways * v, sideways * w];
+        noise.angular_radps2_per_sqrt_hz = [roll * p, turning * q, turning * r];
     }
 }
 
@@ -237,7 +239,7 @@ impl Search<'_> {
     /// White noise of the size that is most likely, and noise with one part that lasts.
     fn rough(&self) -> Option<[Best; 2]> {
         let scale = &self.log_data.setup.scale;
-        let mut best = self.start(std::array::from_fn(|channel| Mixture::white(scale[channel])), [1.0; 4])?;
+        let mut best = self.start(std::array::from_fn(|channel| Mixture::white(scale[channel])), [[1.0; 4]; 2])?;
         self.resize(&mut best, &[0.12, 0.18, 0.28, 0.42, 0.65, 0.8, 1.25, 1.6]);
         self.resize(&mut best, &[0.75, 0.84, 0.92, 1.09, 1.19, 1.3]);
         self.resize(&mut best, &[0.96, 1.04]);
@@ -249,7 +251,7 @@ impl Search<'_> {
         self.improve(&mut best, &[0.08, 0.35, 0.8, 0.93].map(|share| shared(0, share)));
         self.resize(&mut best, &[0.75, 0.87, 1.15, 1.35, 1.6]);
         self.improve(&mut best, &[0.6, 1.6].map(slower));
-        self.shake(&mut best, &[0.4, 0.65, 1.5, 2.5]);
+        self.shake(&mut best, [&[0.4, 0.65, 1.5, 2.5], &[0.5, 2.0, 4.0]]);
         self.resize(&mut best, &[0.8, 0.9, 1.1, 1.25]);
         Some([white, best])
     }
@@ -272,7 +274,7 @@ impl Search<'_> {
         self.improve(&mut best, &[0.01, 0.04, 0.15, 0.25].map(|share| shared(1, share)));
         self.undo_small_gains(&mut best, &one, SECOND_GAIN);
         self.improve(&mut best, &[0.3, 0.55, 1.8, 3.3].map(louder));
-        self.shake(&mut best, &[0.75, 1.3]);
+        self.shake(&mut best, [&[0.75, 1.3]; 2]);
         self.resize(&mut best, &[0.9, 1.1]);
         self.improve(&mut best, &[0.6, 0.77, 1.3, 1.7].map(slower));
         self.improve(&mut best, &[0.7, 0.85, 1.2, 1.4].map(louder));
@@ -308,15 +310,22 @@ impl Search<'_> {
     }
 
     /// Lets each noise of the motion take the factor that makes all innovations most likely.
-    fn shake(&self, best: &mut Best, factors: &[f64]) {
-        for place in (0..best.shaken.len()).filter(|_| self.sensors.are_inertial) {
+    fn shake(&self, best: &mut Best, factors: [&[f64]; 2]) {
+        let surface_m = self.log_data.setup.surface.depth_m;
+        let has_surfaced = self.log_data.declared.trace.iter().any(|trace| trace.x[Z] < surface_m);
+        let waters = if has_surfaced { 2 } else { 1 };
+        for (water, place) in (0..waters).flat_map(|water| (0..4).map(move |place| (water, place))) {
+            if !self.sensors.are_inertial {
+                break;
+            }
+            let most = MOST_SHAKEN[water];
             let trial = |factor: &f64| {
                 let mut shaken = best.shaken;
-                shaken[place] = (factor * shaken[place]).clamp(1.0 / MOST_SHAKEN, MOST_SHAKEN);
+                shaken[water][place] = (factor * shaken[water][place]).clamp(1.0 / most, most);
                 Some((shaken, self.cost(&best.mixtures, shaken)?))
             };
             let sum = |cost: &Costs| cost.iter().sum::<f64>();
-            let trials: Vec<_> = factors.par_iter().filter_map(trial).collect();
+            let trials: Vec<_> = factors[water].par_iter().filter_map(trial).collect();
             for (shaken, cost) in trials {
                 if sum(&cost) < sum(&best.cost) {
                     (best.shaken, best.cost) = (shaken, cost);
@@ -368,7 +377,7 @@ impl Search<'_> {
     fn cost(&self, noise: &Mixtures, factors: Shaken) -> Option<Costs> {
         let mut setup = self.log_data.setup.clone();
         apply(&mut setup, noise, self.channels);
-        setup.noise = shaken(&setup.noise, factors);
+        shake(&mut setup, &factors);
         let pass = whitener::run(&setup, &self.log_data.samples, self.set, &[])?;
         let mut cost = [0.0; ResidualChannel::COUNT];
         for r in pass.residuals.iter().filter(|r| r.used && self.log_data.split.is_at(DataPart::Seen, r.t_s)) {

@@ -21,7 +21,7 @@ use crate::statistics::MOST_COLOURED;
 use crate::structure::{self, Structure};
 use crate::timing;
 use crate::verdict::{self, Conditions, LEAST_WHITENESS_P, Verdict};
-use crate::whitener::Pass;
+use crate::whitener::{Pass, Residual};
 use backseat_core::effects::ParameterKind;
 use backseat_logs::stats::{Z_95, chi_square_tail};
 use rayon::prelude::*;
@@ -298,10 +298,11 @@ fn exceeds_noise(log_data: &PreparedLog, pass: &Pass) -> bool {
     /// What an inexact step of integration or declared noise a percent too small may add.
     const SLACK: f64 = 0.02;
     const SIGMAS: f64 = 6.0;
-    let counts = |block: usize| [DataPart::Seen, DataPart::Judge].iter().any(|part| log_data.is_in(*part, block));
-    let sum = pass.normal.sum(counts);
-    let count = sum.count as f64;
-    sum.square > count * (1.0 + SLACK) + SIGMAS * (2.0 * count).sqrt()
+    let counts =
+        |r: &&Residual| [DataPart::Seen, DataPart::Judge].iter().any(|part| log_data.split.is_at(*part, r.t_s));
+    let e: Vec<f64> = pass.telling().filter(counts).map(Residual::normalised).collect();
+    let count = e.len() as f64;
+    e.iter().map(|e| e * e).sum::<f64>() > count * (1.0 + SLACK) + SIGMAS * (2.0 * count).sqrt()
 }
 
 /// Whether on held-out blocks some channel errs by more than its noise: what is said of the log is not so there. A sum

@@ -170,8 +170,7 @@ pub fn whiteness(log_data: &PreparedLog, pass: &Pass, part: DataPart) -> Vec<Whi
     ResidualChannel::ALL
         .into_iter()
         .filter_map(|channel| {
-            let held =
-                pass.residuals.iter().filter(|r| r.channel == channel && r.used && log_data.split.is_at(part, r.t_s));
+            let held = pass.telling().filter(|r| r.channel == channel && log_data.split.is_at(part, r.t_s));
             let e: Vec<f64> = independent(held).map(Residual::normalised).collect();
             let count = e.len();
             let nis = e.iter().map(|e| e * e).sum::<f64>() / count as f64;

@@ -140,6 +140,7 @@ impl<'a, M: LogModel> Fitting<'a, M> {
                     alike: 1.0,
                     used: true,
                     station: None,
+                    is_moved_by_waves: false,
                 };
                 let weight = (HUBER / w.e.abs()).min(1.0).sqrt();
                 whitened.push((self.layout.block(row.t_s), residual, weight, w.slopes));

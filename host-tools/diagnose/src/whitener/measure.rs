@@ -292,8 +292,8 @@ impl Filter<'_> {
             let variance =
                 dot(&h, &ph) + load * lasting + (prediction.variance[axis] + added) * scale * scale * prediction.alike;
             let sigma = variance.sqrt();
-            let (alike, station) = (prediction.alike, prediction.path.station);
-            residuals.push(Residual { t_s, channel, innovation, sigma, alike, used, station });
+            let (alike, station, is_moved_by_waves) = (prediction.alike, prediction.path.station, !untold.is_empty());
+            residuals.push(Residual { t_s, channel, innovation, sigma, alike, used, station, is_moved_by_waves });
             if !used {
                 continue;
             }

@@ -88,6 +88,8 @@ pub struct Residual {
     pub used: bool,
     /// The fixed transponder at its other end.
     pub station: Option<u32>,
+    /// Whether waves at the surface move what its sensor reads.
+    pub is_moved_by_waves: bool,
 }
 
 impl Residual {
@@ -120,6 +122,16 @@ pub struct Pass {
     pub normal: BlockEquations,
     /// Terms in no catalogue that were part of the model.
     pub proposed: Vec<Proposed>,
+}
+
+impl Pass {
+    /// The innovations that say how good the model is: without those that waves move, of which it knows nothing. Where a
+    /// vehicle is at the surface most of the time, it is judged there.
+    pub fn telling(&self) -> impl Iterator<Item = &Residual> {
+        let used = || self.residuals.iter().filter(|r| r.used);
+        let is_mostly_at_surface = 2 * used().filter(|r| r.is_moved_by_waves).count() > used().count();
+        used().filter(move |r| is_mostly_at_surface || !r.is_moved_by_waves)
+    }
 }
 
 /// Runs the filter with `set` over a log; columns follow from `terms` in order.
