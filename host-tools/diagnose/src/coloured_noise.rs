@@ -11,7 +11,7 @@
 use crate::log_effects::Effects;
 use crate::prepared_log::{DataPart, PreparedLog};
 use crate::samples::ResidualChannel;
-use crate::whitener::{self, Colour, Pass, Setup};
+use crate::whitener::{self, Colour, Pass, Residual, Setup};
 use backseat_core::state::Z;
 use backseat_logs::stats::{autocorrelation, chi_square_tail, ljung_box};
 use rayon::prelude::*;
@@ -171,10 +171,10 @@ fn innovations(
 ) -> Vec<(ResidualChannel, Vec<f64>)> {
     let seen = |t_s: f64| log_data.split.is_at(DataPart::Seen, t_s);
     let of = |channel: ResidualChannel| {
-        let mut own: Vec<_> = pass.residuals.iter().filter(|r| r.channel == channel && r.used && seen(r.t_s)).collect();
+        let mut own: Vec<_> = pass.telling().filter(|r| r.channel == channel && seen(r.t_s)).collect();
         // what lasts, lasts for one transponder
         own.sort_by_key(|r| r.station);
-        let e: Vec<f64> = own.into_iter().map(whitener::Residual::normalised).collect();
+        let e: Vec<f64> = own.into_iter().map(Residual::normalised).collect();
         (e.len() >= sensors.fewest).then_some((channel, e))
     };
     sensors.devices.concat().into_iter().filter(|channel| !kept.contains(channel)).filter_map(of).collect()
@@ -229,7 +229,14 @@ fn shake(setup: &mut Setup, factors: &Shaken) {
     }
 }
 
-type Costs = [f64; ResidualChannel::COUNT];
+/// Σ (ln S + e²).
+#[derive(Clone, Copy)]
+struct Costs {
+    /// Of each channel's innovations that waves do not move.
+    own: [f64; ResidualChannel::COUNT],
+    /// Of all innovations.
+    all: f64,
+}
 
 impl Search<'_> {
     fn start(&self, mixtures: Mixtures, shaken: Shaken) -> Option<Best> {
@@ -287,7 +294,7 @@ impl Search<'_> {
     /// Puts each device back to what it was before, where it has gained too little since.
     fn undo_small_gains(&self, best: &mut Best, before: &Best, least_gain: f64) {
         for device in self.sensors.devices {
-            let gain: f64 = device.iter().map(|c| before.cost[*c as usize] - best.cost[*c as usize]).sum();
+            let gain: f64 = device.iter().map(|c| before.cost.own[*c as usize] - best.cost.own[*c as usize]).sum();
             if gain < least_gain {
                 self.take(best, &before.mixtures, &before.cost, device);
             }
@@ -298,7 +305,7 @@ impl Search<'_> {
     fn take(&self, best: &mut Best, mixtures: &Mixtures, cost: &Costs, channels: &[ResidualChannel]) {
         for channel in channels.iter().filter(|channel| self.channels.contains(channel)) {
             let at = *channel as usize;
-            (best.mixtures[at], best.cost[at]) = (mixtures[at], cost[at]);
+            (best.mixtures[at], best.cost.own[at]) = (mixtures[at], cost.own[at]);
         }
     }
 
@@ -324,10 +331,9 @@ impl Search<'_> {
                 shaken[water][place] = (factor * shaken[water][place]).clamp(1.0 / most, most);
                 Some((shaken, self.cost(&best.mixtures, shaken)?))
             };
-            let sum = |cost: &Costs| cost.iter().sum::<f64>();
             let trials: Vec<_> = factors[water].par_iter().filter_map(trial).collect();
             for (shaken, cost) in trials {
-                if sum(&cost) < sum(&best.cost) {
+                if cost.all < best.cost.all {
                     (best.shaken, best.cost) = (shaken, cost);
                 }
             }
@@ -358,7 +364,7 @@ impl Search<'_> {
         let costs: Vec<_> = trials.par_iter().map(|trial| self.cost(trial, best.shaken)).collect();
         let before = best.mixtures;
         for channels in groups {
-            let sum = |cost: &Costs| channels.iter().map(|channel| cost[*channel as usize]).sum::<f64>();
+            let sum = |cost: &Costs| channels.iter().map(|channel| cost.own[*channel as usize]).sum::<f64>();
             for (trial, cost) in trials.iter().zip(&costs) {
                 if let Some(cost) = cost.filter(|cost| sum(cost) < sum(&best.cost)) {
                     self.take(best, trial, &cost, channels);
@@ -373,17 +379,20 @@ impl Search<'_> {
         }
     }
 
-    /// Σ (ln S + e²) of each channel over the blocks that choose.
+    /// Σ (ln S + e²) over the blocks that choose.
     fn cost(&self, noise: &Mixtures, factors: Shaken) -> Option<Costs> {
         let mut setup = self.log_data.setup.clone();
         apply(&mut setup, noise, self.channels);
         shake(&mut setup, &factors);
         let pass = whitener::run(&setup, &self.log_data.samples, self.set, &[])?;
-        let mut cost = [0.0; ResidualChannel::COUNT];
-        for r in pass.residuals.iter().filter(|r| r.used && self.log_data.split.is_at(DataPart::Seen, r.t_s)) {
-            cost[r.channel as usize] += 2.0 * r.sigma.ln() + r.normalised().powi(2);
+        let is_seen = |r: &&Residual| self.log_data.split.is_at(DataPart::Seen, r.t_s);
+        let of = |r: &Residual| 2.0 * r.sigma.ln() + r.normalised().powi(2);
+        let all = pass.residuals.iter().filter(|r| r.used).filter(is_seen).map(of).sum();
+        let mut own = [0.0; ResidualChannel::COUNT];
+        for r in pass.telling().filter(is_seen) {
+            own[r.channel as usize] += of(r);
         }
-        Some(cost)
+        Some(Costs { own, all })
     }
 }
 

@@ -28,6 +28,12 @@ pub fn is_possible(instance: &Instance, sigmas: &[f64], length_m: f64) -> bool {
 /// What a sea, a hull and a mounting are not steady to: smaller sizes are not named, however sure a long log is of them.
 const STEADY: [(&str, f64); 3] = [("m/s", 0.01), ("kg", 0.02), ("rad", 0.002)];
 
+/// Whether a size in a unit is less than what is steady.
+#[must_use]
+pub fn is_below_steady(unit: &str, size: f64) -> bool {
+    STEADY.iter().any(|(of, least)| *of == unit && size.abs() < *least)
+}
+
 /// Whether all sizes of an effect are too small to be named, those of one unit taken together.
 fn is_negligible(instance: &Instance) -> bool {
     let sizes = || {
@@ -36,7 +42,7 @@ fn is_negligible(instance: &Instance) -> bool {
     };
     sizes().all(|(parameter, _)| {
         let square: f64 = sizes().filter(|(other, _)| other.unit == parameter.unit).map(|(_, size)| size * size).sum();
-        STEADY.iter().any(|(unit, least)| *unit == parameter.unit && square < least * least)
+        is_below_steady(parameter.unit, square.sqrt())
     })
 }
 

@@ -2,10 +2,11 @@
 
 use crate::borne_out::BorneOut;
 use crate::candidates::{Instance, own_terms, set_of};
+use crate::judged::is_below_steady;
 use crate::linear;
 use crate::normal_equations::NormalEquations;
 use crate::prepared_log::{DataPart, PreparedLog};
-use crate::regressors::{GenericTerm, Regressor, Variation, dictionary};
+use crate::regressors::{GenericTerm, Regressor, Target, Variation, dictionary};
 use crate::search::tail;
 use crate::whitener::Pass;
 
@@ -58,6 +59,13 @@ pub struct Structure {
     pub gain: f64,
     /// What the data that judge say of the terms together.
     pub judged: BorneOut,
+}
+
+impl Hint {
+    /// Whether it is less of a reading than mountings and sensors are steady to: a factor is of order one.
+    fn is_negligible(&self) -> bool {
+        matches!(self.generic.target, Target::Reading(channel) if is_below_steady(channel.unit(), self.value))
+    }
 }
 
 impl Structure {
@@ -133,6 +141,9 @@ fn pursue(log_data: &PreparedLog, pass: &Pass, nuisance: &[usize], dictionary: &
             let columns = (chosen.as_slice(), together.theta.as_slice());
             structure.judged = judged(log_data, pass, (nuisance, &alone.theta), columns);
         }
+    }
+    if structure.hints.iter().all(Hint::is_negligible) {
+        structure.hints.clear();
     }
     structure
 }

@@ -12,6 +12,9 @@ use backseat_core::state::{self, P, PHI, PSI, U, V, VehicleState, X, Y, Z, wrap_
 use backseat_logs::log::Usbl;
 use nalgebra::{Matrix3, SMatrix, Vector3};
 
+/// Above this depth waves swing what a DVL reads: orbits of 4 s have a third of their speed there, exp(-ω² z / g).
+const WAVES_REACH_M: f64 = 4.0;
+
 type Jacobian = SMatrix<f64, 3, 12>;
 
 /// A reading's prediction, linearised.
@@ -273,6 +276,8 @@ impl Filter<'_> {
             self.set_direct(prediction, &x0, &read);
         }
         let untold = self.untold_by(prediction.sensor);
+        let swings = prediction.sensor == SensorChannel::Dvl && x0[Z] < WAVES_REACH_M;
+        let is_moved_by_waves = swings || !untold.is_empty();
         for axis in 0..prediction.count {
             let channel = ResidualChannel::ALL[prediction.first as usize + axis];
             let scale = self.setup.scale[channel as usize];
@@ -292,7 +297,7 @@ impl Filter<'_> {
             let variance =
                 dot(&h, &ph) + load * lasting + (prediction.variance[axis] + added) * scale * scale * prediction.alike;
             let sigma = variance.sqrt();
-            let (alike, station, is_moved_by_waves) = (prediction.alike, prediction.path.station, !untold.is_empty());
+            let (alike, station) = (prediction.alike, prediction.path.station);
             residuals.push(Residual { t_s, channel, innovation, sigma, alike, used, station, is_moved_by_waves });
             if !used {
                 continue;

@@ -125,12 +125,14 @@ pub struct Pass {
 }
 
 impl Pass {
-    /// The innovations that say how good the model is: without those that waves move, of which it knows nothing. Where a
-    /// vehicle is at the surface most of the time, it is judged there.
+    /// The innovations that say how good the model is: without those that waves move, of which it knows nothing. A channel
+    /// of which most are so is judged by them all the same.
     pub fn telling(&self) -> impl Iterator<Item = &Residual> {
-        let used = || self.residuals.iter().filter(|r| r.used);
-        let is_mostly_at_surface = 2 * used().filter(|r| r.is_moved_by_waves).count() > used().count();
-        used().filter(move |r| is_mostly_at_surface || !r.is_moved_by_waves)
+        let mut balance = [0_i64; ResidualChannel::COUNT];
+        for r in self.residuals.iter().filter(|r| r.used) {
+            balance[r.channel as usize] += if r.is_moved_by_waves { 1 } else { -1 };
+        }
+        self.residuals.iter().filter(move |r| r.used && (!r.is_moved_by_waves || balance[r.channel as usize] > 0))
     }
 }
 
