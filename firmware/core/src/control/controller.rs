@@ -30,6 +30,23 @@ pub struct HelmCommand {
     pub speed_mps: f64,
 }
 
+/// A heading is held as the course of a segment this long, m: the rounding of its ends does not turn it.
+const AHEAD_M: f64 = 1000.0;
+
+impl HelmCommand {
+    /// From the vehicle along the heading: wherever it drifts, it is on it.
+    fn segment(&self, x: &VehicleState) -> Segment {
+        let (sin, cos) = libm::sincos(self.heading_rad);
+        let [north_m, east_m] = [x[state::X], x[state::Y]];
+        Segment {
+            from_ne_m: [north_m, east_m],
+            to_ne_m: [north_m + AHEAD_M * cos, east_m + AHEAD_M * sin],
+            depth_m: self.depth_m,
+            speed_mps: self.speed_mps,
+        }
+    }
+}
+
 /// What the controller wants now.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Command {
@@ -37,7 +54,7 @@ pub struct Command {
     pub input: ActuatorInput,
     /// The same command as heading, depth and speed; `None` unless a mission is under way.
     pub helm: Option<HelmCommand>,
-    /// Error about the active leg; zero unless a mission is under way.
+    /// Error about the active leg, or about the heading that is held instead; zero unless a mission is under way.
     pub error: TrackError,
     /// Progress of the mission.
     pub status: MissionStatus,
@@ -56,6 +73,7 @@ pub struct Controller {
     progress: Progress,
     dive: Dive,
     aside: Option<Aside>,
+    steered: Option<HelmCommand>,
     limiter: Limiter,
     last_us: Option<u64>,
 }
@@ -75,6 +93,7 @@ impl Controller {
             progress: Progress::new(),
             dive: Dive::new(),
             aside: None,
+            steered: None,
             limiter,
             last_us: None,
         }
@@ -158,6 +177,7 @@ impl Controller {
         self.last_us = None;
         self.dive = Dive::new();
         self.aside = None;
+        self.steered = None;
         self.reference.start(&self.mission, x, &self.limiter)?;
         self.progress.start(&self.mission, [x[state::X], x[state::Y]])
     }
@@ -171,6 +191,15 @@ impl Controller {
     /// flies the leg itself.
     pub fn set_aside(&mut self, aside: Option<Aside>) {
         self.aside = aside.filter(|_| self.can_go_aside());
+    }
+
+    /// Holds a heading, a depth and a speed instead of the leg from now on, or flies the leg again from where the vehicle
+    /// is. Meanwhile the mission stands still: no waypoint is passed. As little with the law about the reference
+    /// trajectory, and no number that is not finite.
+    pub fn set_helm(&mut self, helm: Option<HelmCommand>) {
+        let is_finite =
+            |helm: &HelmCommand| [helm.heading_rad, helm.depth_m, helm.speed_mps].iter().all(|x| x.is_finite());
+        self.steered = helm.filter(|helm| self.can_go_aside() && is_finite(helm));
     }
 
     /// The law follows legs: one about a reference trajectory has no place for what departs from it.
@@ -200,16 +229,22 @@ impl Controller {
         self.last_us = Some(time_us);
 
         let mut command = Command { status: self.progress.status(), ..Command::default() };
-        let current = if current_ne_mps.iter().all(|c| c.is_finite()) { current_ne_mps } else { [0.0; 2] };
+        // a heading is held, not a course: nothing is held up against the current
+        let is_known = self.steered.is_none() && current_ne_mps.iter().all(|c| c.is_finite());
+        let current = if is_known { current_ne_mps } else { [0.0; 2] };
         let mut wanted = ActuatorInput::default();
         if let Some(model) = &self.model
             && x.iter().all(|value| value.is_finite())
         {
-            command.status = self.progress.update(&self.mission, x, self.config.turn_radius_m);
+            if self.steered.is_none() {
+                command.status = self.progress.update(&self.mission, x, self.config.turn_radius_m);
+            }
             if let Some(leg) = self.progress.segment() {
+                let leg = self.steered.map_or(*leg, |helm| helm.segment(x));
                 let speed_mps = self.dive.speed_mps(time_us, x[state::Z], leg.depth_m, leg.speed_mps);
-                let leg = Segment { speed_mps, ..*leg };
-                let segment = &self.aside.map_or(leg, |aside| aside.of(&leg));
+                let leg = Segment { speed_mps, ..leg };
+                let aside = self.aside.filter(|_| self.steered.is_none());
+                let segment = &aside.map_or(leg, |aside| aside.of(&leg));
                 let crab = crab_angle_rad(segment, x, current);
                 command.error = segment.error(x);
                 command.helm = Some(HelmCommand {
@@ -229,7 +264,7 @@ impl Controller {
                     (_, Some((x_ref, input_ref))) => self.regulate_about(model, x, x_ref, input_ref),
                     (_, None) => self.regulate_line(model, x, segment, crab),
                 };
-                if let Some(aside) = &self.aside {
+                if let Some(aside) = &aside {
                     wanted.fins_rad.iter_mut().zip(aside.fins_rad).for_each(|(fin, more)| *fin += more);
                 }
             }

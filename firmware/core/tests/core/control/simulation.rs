@@ -55,9 +55,21 @@ pub struct SimulatedSample {
 pub fn fly(
     config: &ControlConfig,
     mission: &Mission,
+    x: VehicleState,
+    disturbance: &Disturbance,
+    longest_s: f64,
+) -> Vec<SimulatedSample> {
+    fly_ordered(config, mission, x, disturbance, longest_s, |_, _| {})
+}
+
+/// The same; before each step the controller is given orders that depend on time, s.
+pub fn fly_ordered(
+    config: &ControlConfig,
+    mission: &Mission,
     mut x: VehicleState,
     disturbance: &Disturbance,
     longest_s: f64,
+    order: impl Fn(f64, &mut Controller),
 ) -> Vec<SimulatedSample> {
     let model = VehicleModel::new(&VehicleParameters::IVER3).unwrap();
     let mut controller = Box::new(Controller::new());
@@ -78,6 +90,7 @@ pub fn fly(
     for step in 0..(longest_s / STEP_S) as u64 {
         let estimate =
             VehicleState::from_fn(|i, _| x[i] + libm::sqrt(3.0) * disturbance.noise[i] * scatter.within(1.0));
+        order(step as f64 * STEP_S, &mut controller);
         let command = controller.command(step * 100_000, &estimate, known_ne_mps);
         check_limits(&config.limits, &last, &command.input);
         last = command.input;
