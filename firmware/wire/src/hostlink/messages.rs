@@ -317,6 +317,16 @@ pub enum ToBoard<'a> {
         /// Whether it falls.
         release: bool,
     },
+    /// Hold this instead of the leg that is being flown. It holds for two seconds, then the leg is flown again: whoever
+    /// steers says it again before.
+    Helm {
+        /// True heading, rad.
+        heading_rad: f64,
+        /// Depth, m.
+        depth_m: f64,
+        /// Speed through the water, m/s.
+        speed_mps: f64,
+    },
 }
 
 /// Board to PC.

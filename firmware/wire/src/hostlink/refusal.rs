@@ -48,4 +48,6 @@ pub enum Refusal {
     NotAnImage,
     /// What is in flash has another CRC than what was announced.
     ImageDamaged,
+    /// The board's parameters do not permit it.
+    NotPermitted,
 }

@@ -58,6 +58,7 @@ fn every_message_survives() {
         ToBoard::FenceCorner { index: 31, count: 32, corner_m: [-100_000.0, 0.1] },
         ToBoard::FenceGet { index: 31 },
         ToBoard::DropWeight { release: true },
+        ToBoard::Helm { heading_rad: -0.1, depth_m: 3.0, speed_mps: f64::MAX },
     ];
     let info = ParameterInfo {
         index: 1,
@@ -90,6 +91,7 @@ fn every_message_survives() {
         FromBoard::Fence { index: 31, count: 32, corner_m: Some([-100_000.0, 0.1]) },
         FromBoard::Done,
         FromBoard::Refused(Refusal::UnderWay),
+        FromBoard::Refused(Refusal::NotPermitted),
         FromBoard::Health(Health {
             accepted_frames: [1, 2, 3, u32::MAX],
             rejected_frames: [0; 4],

@@ -37,6 +37,9 @@ pub fn reason(refusal: Refusal) -> String {
         Refusal::OnTrial => "its firmware is on trial: confirm it (backseat update --confirm), or let it return",
         Refusal::NotAnImage => "it is no image for this board's chip, or larger than a bank of its flash",
         Refusal::ImageDamaged => "what is in its flash has another CRC than the file; the old firmware runs on",
+        Refusal::NotPermitted => {
+            "its parameters do not permit it: app.helm has to be 1, and app.control_law 0 or 1, before the mission starts"
+        }
         Refusal::Unsafe(cause) => {
             return format!("not safe by the limits of its section safety: {}", mode_reason(cause));
         }

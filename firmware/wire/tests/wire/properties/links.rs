@@ -73,6 +73,7 @@ fn to_board(kind: usize, name: &str, value: f64, index: u16, step: Step, waypoin
         5 => ToBoard::MissionItem { index, waypoint },
         6 => ToBoard::MissionGet { index },
         7 => ToBoard::ParameterStore,
+        8 => ToBoard::Helm { heading_rad: value, depth_m: waypoint.depth_m, speed_mps: waypoint.speed_mps },
         _ => ToBoard::Unlock,
     }
 }
@@ -131,7 +132,7 @@ fn stream(message: &impl Serialize, noise: &[u8]) -> Vec<u8> {
 proptest! {
     #[test]
     fn messages_to_the_board(
-        kind in 0..9_usize,
+        kind in 0..10_usize,
         (name, value, index) in ("[ -~]{0,40}", number(), any::<u16>()),
         step in step(),
         waypoint in waypoint(),
