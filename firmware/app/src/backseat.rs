@@ -187,7 +187,7 @@ impl Backseat {
         self.draw_consequences(now_us);
         let mut orders = Orders::default();
         self.judge(now_us, failed, &mut orders);
-        self.separate(now_us);
+        self.depart(now_us);
         self.steer(now_us, &mut orders);
         self.carry_out(&orders);
         self.ask(now_us);

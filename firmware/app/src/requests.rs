@@ -3,10 +3,11 @@
 use crate::backseat::Backseat;
 use crate::host::{HOST_RING, send};
 use crate::mission::to_wire;
-use crate::parameters::PARAMETER_SCHEMA;
+use crate::parameters::{HelmUse, PARAMETER_SCHEMA};
 use crate::ring::Ring;
 use crate::safety;
 use crate::storage::Asked;
+use backseat_core::control::HelmCommand;
 use backseat_wire::hostlink::{FromBoard, Refusal, ToBoard};
 use backseat_wire::ship_state::Key;
 
@@ -90,6 +91,9 @@ pub fn answer(backseat: &mut Backseat, request: &ToBoard<'_>, trusted: bool, out
             FromBoard::Done
         }
         ToBoard::DropWeight { release } => outcome(drop_weight(backseat, release)),
+        ToBoard::Helm { heading_rad, depth_m, speed_mps } => {
+            outcome(steer(backseat, HelmCommand { heading_rad, depth_m, speed_mps }))
+        }
         // answered when the board has written them
         ToBoard::ParameterStore => match store(backseat) {
             Ok(()) => return,
@@ -232,6 +236,20 @@ fn drop_weight(backseat: &mut Backseat, release: bool) -> Result<(), Refusal> {
     }
     backseat.last_resort.command(release);
     backseat.drivers.news = true;
+    Ok(())
+}
+
+/// The host steers instead of the leg that is flown.
+fn steer(backseat: &mut Backseat, helm: HelmCommand) -> Result<(), Refusal> {
+    let settings = &backseat.parameters.active().app;
+    if settings.helm == HelmUse::Never || !backseat.steering.can_depart() {
+        return Err(Refusal::NotPermitted);
+    }
+    if backseat.line().is_none() {
+        return Err(Refusal::NotReady);
+    }
+    safety::check_helm(&helm, &settings.safety)?;
+    backseat.steering.take_helm(helm, backseat.now_us());
     Ok(())
 }
 

@@ -10,12 +10,15 @@ use crate::time::micros;
 use crate::wiggle::Wiggle;
 use backseat_core::control::mission::{Mission, MissionStatus, Waypoint};
 use backseat_core::control::trackline::Segment;
-use backseat_core::control::{Aside, ControlConfig, ControlError, Controller};
+use backseat_core::control::{Aside, ControlConfig, ControlError, Controller, HelmCommand};
 use backseat_core::dynamics::{ActuatorInput, VehicleModel};
 use backseat_core::state::VehicleState;
 use backseat_wire::iver::ServoBytes;
 use heapless::Vec;
 
+/// What the host steers holds for so long, µs: it says it twice a second, so that three may be lost, and a vehicle that
+/// nobody steers any more goes six metres at most.
+const HELM_US: u64 = 2_000_000;
 /// An echo of the motor that differs more from the command shows that somebody else commands it. The propeller's rate
 /// and the echo's age cause smaller differences, except in the first second.
 const MOTOR_COUNTS: u8 = 16;
@@ -76,6 +79,8 @@ pub struct Steering {
     echo_us: Option<u64>,
     /// The echoed motor is not the commanded one since then, µs.
     pub disobeyed_since_us: Option<u64>,
+    /// What the host steers instead of the leg, and until when, µs.
+    helm: Held<(HelmCommand, u64)>,
 }
 
 impl Steering {
@@ -92,6 +97,7 @@ impl Steering {
             stopped_us: 0,
             echo_us: None,
             disobeyed_since_us: None,
+            helm: Held::none(),
         }
     }
 
@@ -107,6 +113,7 @@ impl Steering {
         self.stopped_us = 0;
         self.echo_us = None;
         self.disobeyed_since_us = None;
+        self.helm.clear();
     }
 
     /// Builds the controller.
@@ -154,8 +161,31 @@ impl Steering {
 
     /// Leg of the mission, and its line, where the law of control can depart from it.
     pub fn line(&self) -> Option<(u16, Segment)> {
-        let leg = self.leg().filter(|_| self.controller.can_go_aside())?;
+        let leg = self.leg().filter(|_| self.can_depart())?;
         Some((leg, *self.controller.segment()?))
+    }
+
+    /// The law of control can depart from a leg.
+    pub fn can_depart(&self) -> bool {
+        self.controller.can_go_aside()
+    }
+
+    /// The host steers instead of the leg, for a while.
+    pub fn take_helm(&mut self, helm: HelmCommand, now_us: u64) {
+        self.helm.set((helm, now_us.saturating_add(HELM_US)));
+    }
+
+    /// What the host steers.
+    pub fn helm(&self) -> Option<&HelmCommand> {
+        self.helm.get().map(|(helm, _)| helm)
+    }
+
+    /// Holds what the host steers for as long as it holds and nothing speaks against it; else the leg is flown again.
+    pub fn hold_helm(&mut self, now_us: u64, may: bool) {
+        if self.helm.get().is_some_and(|(_, until_us)| !may || now_us >= *until_us) {
+            self.helm.clear();
+        }
+        self.controller.set_helm(self.helm().copied());
     }
 
     /// Departs from the leg, or follows it again.
@@ -186,6 +216,7 @@ impl Steering {
     /// The mission begins with the first step at which navigation is valid.
     pub fn arm(&mut self, now_us: u64) {
         self.disobeyed_since_us = None;
+        self.helm.clear();
         self.holding = false;
         self.armed = true;
         self.armed_us = now_us;

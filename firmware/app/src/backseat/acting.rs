@@ -5,6 +5,7 @@ use crate::consequences::{self, Change, WHOLE};
 use crate::estimator::Estimator;
 use crate::parameters::{NamingUse, Settings};
 use crate::steering::Steering;
+use backseat_core::control::trackline::Segment;
 use backseat_core::dynamics::VehicleModel;
 use backseat_core::navigation::naming::Named;
 use backseat_wire::hostlink::{Mode, ModeReason};
@@ -35,13 +36,24 @@ impl Backseat {
         }
     }
 
+    /// The leg that may be departed from: one of the mission itself, with nominal navigation.
+    pub fn line(&self) -> Option<(u16, Segment)> {
+        let is_nominal = self.modes.present() == (Mode::Navigating, ModeReason::Nominal);
+        self.steering.line().filter(|_| is_nominal && !self.steering.returning)
+    }
+
+    /// Departs from the leg: as the host steers, else to tell two causes apart.
+    pub(super) fn depart(&mut self, now_us: u64) {
+        let line = self.line();
+        self.steering.hold_helm(now_us, line.is_some());
+        self.separate(now_us, line.filter(|_| self.steering.helm().is_none()));
+    }
+
     /// Asks the water which of two causes it is, and flies what was asked.
     #[inline(never)]
-    pub(super) fn separate(&mut self, now_us: u64) {
-        let Self { estimator, consequences, separation, parameters, steering, modes, inputs, .. } = self;
+    fn separate(&mut self, now_us: u64, line: Option<(u16, Segment)>) {
+        let Self { estimator, consequences, separation, parameters, steering, inputs, .. } = self;
         let settings = &parameters.active().app;
-        let is_nominal = modes.present() == (Mode::Navigating, ModeReason::Nominal);
-        let line = steering.line().filter(|_| is_nominal && !steering.returning);
         let naming = estimator.naming();
         if let (Some((leg, segment)), true) = (&line, separation.may_ask(now_us, settings))
             && let Some(causes) = naming.undecided()

@@ -9,8 +9,8 @@ mod settings;
 
 pub use list::{PARAMETERS, Parameter, find};
 pub use settings::{
-    AhrsProtocol, AppSettings, AttitudeSource, ControlMode, DvlSource, Fitted, FittingSettings, NamingUse, Separate,
-    Settings,
+    AhrsProtocol, AppSettings, AttitudeSource, ControlMode, DvlSource, Fitted, FittingSettings, HelmUse, NamingUse,
+    Separate, Settings,
 };
 
 use crate::held::Held;
@@ -21,7 +21,7 @@ use backseat_wire::ship_state::Key;
 
 /// Version of the parameter list: grows with every change of a name, unit, place or meaning. A board's log has the
 /// values without their names.
-pub const PARAMETER_SCHEMA: u16 = 13;
+pub const PARAMETER_SCHEMA: u16 = 14;
 
 /// The active set and the one a transaction prepares.
 #[derive(Clone, Debug)]

@@ -77,6 +77,15 @@ pub enum Separate {
     Free,
 }
 
+/// Whether the host may steer instead of the legs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum HelmUse {
+    /// It is refused.
+    Never,
+    /// While a leg is flown and navigation is nominal.
+    UnderWay,
+}
+
 /// Whether hardware is fitted to a pin, and at which level it acts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fitted {
@@ -177,6 +186,7 @@ backseat_core::declared! {
         [real "app.level_probability_per_hour", "", "1/h", [1.0e-9, 0.1]] "Probability in an hour that the error exceeds the protection level." level_probability_per_hour: f64 = Declared::DEFAULT.probability_per_hour,
         [choice "app.naming"] "What changes in flight: 0 is not named; 1 is named, and nothing follows; 2 the filter predicts with a cause that is sure; 3 the controller steers with it too." naming: NamingUse = NamingUse::Name; [NamingUse::Off, NamingUse::Name, NamingUse::Navigate, NamingUse::All],
         [choice "app.separate"] "Manoeuvres that tell two causes apart which stay open: 0 none, 1 those that stay on the line, 2 also one that leaves it by up to 10 m." separate: Separate = Separate::Never; [Separate::Never, Separate::OnLegs, Separate::Free],
+        [choice "app.helm"] "Whether a host may hold heading, depth and speed instead of the leg, for two seconds at a time: 0 never, 1 under way." helm: HelmUse = HelmUse::Never; [HelmUse::Never, HelmUse::UnderWay],
         [live flag "app.log_required"] "The mission is not to begin without the board's own log: `backseat check` says NO GO where no card is written." log_required: bool = true,
         [live real "app.gnss_max_depth_m", "", "m", [0.0, 10.0]] "A fix is fused only if the estimated depth is at most this." gnss_max_depth_m: f64 = 1.0,
         [choice "app.ahrs_protocol"] "Protocol of the AHRS port: 0 MicroStrain 3DM-GX3, 1 MicroStrain MIP, 2 OceanServer OS5000." ahrs_protocol: AhrsProtocol = AhrsProtocol::Gx3; [AhrsProtocol::Gx3, AhrsProtocol::Mip, AhrsProtocol::Os5000],

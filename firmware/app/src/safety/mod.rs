@@ -15,9 +15,10 @@ pub use monitor::{Decision, Observed, SafetyMonitor, aborts};
 pub use progress::{MissionProgress, seconds};
 
 use crate::time::micros;
+use backseat_core::control::HelmCommand;
 use backseat_core::control::mission::{Mission, Waypoint};
 use backseat_core::parameters::SafetyLimits;
-use backseat_wire::hostlink::ModeReason;
+use backseat_wire::hostlink::{ModeReason, Refusal};
 
 /// A depth or altitude that the vehicle reaches within this time counts as reached, s.
 const FORESIGHT_S: f64 = 2.0;
@@ -214,6 +215,22 @@ pub fn check_mission(mission: &Mission, fence: &Fence, limits: &SafetyLimits) ->
             return Err(ModeReason::MissionTooLong);
         }
         before = Some(waypoint);
+    }
+    Ok(())
+}
+
+/// Whether the host may steer so: as a leg would be flown.
+///
+/// # Errors
+/// A number that no leg has, or the limit that it breaks.
+pub fn check_helm(helm: &HelmCommand, limits: &SafetyLimits) -> Result<(), Refusal> {
+    let is_leg = (0.0..=Mission::MAX_DEPTH_M).contains(&helm.depth_m)
+        && (Mission::MIN_SPEED_MPS..=Mission::MAX_SPEED_MPS).contains(&helm.speed_mps);
+    if !is_leg || !helm.heading_rad.is_finite() {
+        return Err(Refusal::OutOfRange);
+    }
+    if helm.depth_m > limits.depth_max_m - DEPTH_MARGIN_M {
+        return Err(Refusal::Unsafe(ModeReason::TooDeep));
     }
     Ok(())
 }

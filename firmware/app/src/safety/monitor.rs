@@ -124,6 +124,10 @@ impl SafetyMonitor {
         let x = &estimator.output;
         let place_m = [x[X], x[Y]];
         let has_clock = has_clock(now_us, observed.clock);
+        if steering.helm().is_some() {
+            // the mission stands still: the leg begins anew from where the host lets go
+            self.progress.new_leg();
+        }
         self.progress.follow(now_us, leg, place_m, has_clock);
         let facts = self.facts(now_us, observed, target, has_clock);
         let Some((reason, action)) = self.ladder.judge(now_us, &facts, &settings.safety) else {
@@ -144,6 +148,9 @@ impl SafetyMonitor {
         let measured = fresh(inputs.latest.euler_rad, now_us, ATTITUDE_AGE_US);
         let [roll_rad, pitch_rad, _] = measured.unwrap_or([x[PHI], x[THETA], x[PSI]]);
         let dt_s = self.progress.step_s(now_us).min(LONGEST_STEP_S);
+        let helm = steering.helm();
+        let steered_m = helm.map(|helm| helm.depth_m);
+        let depth_m = pressure_m.max(x[Z]);
         self.depth.step(&DepthStep {
             dt_s,
             pressure_m,
@@ -151,8 +158,8 @@ impl SafetyMonitor {
             pitch_rad,
             yaw_radps: x[R],
             surge_mps: x[U],
-            leg_depth_m: target.depth_m,
-            leg_speed_mps: target.speed_mps,
+            leg_depth_m: steered_m.unwrap_or(target.depth_m),
+            leg_speed_mps: helm.map_or(target.speed_mps, |helm| helm.speed_mps),
         });
         let altitude = |latest| fresh(latest, now_us, ALTITUDE_AGE_US);
         let altitudes = [altitude(links.dvl_altitude_m()), altitude(links.frontseat.status.altitude_m)];
@@ -160,7 +167,7 @@ impl SafetyMonitor {
         let heard_us = estimator.range_us.unwrap_or(0).max(self.progress.begun_us());
         let level = estimator.level().filter(|_| settings.alert_depth_m > 0.0);
         SafetyFacts {
-            depth_m: pressure_m.max(x[Z]),
+            depth_m,
             depth_level_m: level.map_or(0.0, |level| level.vertical_m),
             pressure_m,
             sink_mps: sink_mps.max(self.depth.sink_mps),
@@ -181,7 +188,7 @@ impl SafetyMonitor {
             degraded,
             contact_s: seconds(heard_us, now_us),
             clock_lost: settings.use_range && self.progress.had_clock && !has_clock,
-            leg_depth_m: target.depth_m,
+            leg_depth_m: self.progress.asked_depth_m(dt_s, depth_m, target.depth_m, steered_m),
             leg_s,
             leg_expected_s,
             mission_s: seconds(self.progress.begun_us(), now_us),

@@ -169,6 +169,6 @@ mod tests {
     /// the new fingerprint here.
     #[test]
     fn regress_another_list_has_another_version() {
-        assert_eq!((PARAMETER_SCHEMA, FINGERPRINT), (13, 1_214_718_104), "raise PARAMETER_SCHEMA");
+        assert_eq!((PARAMETER_SCHEMA, FINGERPRINT), (14, 3_289_613_011), "raise PARAMETER_SCHEMA");
     }
 }

@@ -1,7 +1,7 @@
 //! The board log: handed to a fresh app, its records give the same digests.
 
 use crate::board::{Arrival, Board, Heard, Listener, MemoryPort, request_all};
-use crate::flight::start;
+use crate::flight::{parameters, start};
 use crate::world::World;
 use backseat_app::parameters::PARAMETERS;
 use backseat_app::{App, Progress, Pump, START_US};
@@ -78,6 +78,7 @@ fn a_mission_replayed_from_its_log_is_the_same_to_the_bit() {
     let mut board = Recorded { app, pump, ports, log, listener, time_us: 0 };
     record_start(&mut board.log, &board.app, RESTART, &[]);
     let mut world = World::new();
+    parameters(&mut board, &[("app.helm", 1.0)]);
     world.run(&mut board, 8 + START_US / 1_000_000);
     // the key is on no log: its frame is not recorded, and what is replayed without it takes the same packets
     let key = [0xC5, 0x3A, 0x91, 0x7E, 0x12, 0xD8, 0x64, 0xAF, 0x0B, 0xF6, 0x29, 0x83, 0x5D, 0xE1, 0x48, 0x97];
@@ -85,7 +86,9 @@ fn a_mission_replayed_from_its_log_is_the_same_to_the_bit() {
     assert!(!board.log.0.windows(4).any(|window| key.windows(4).any(|part| window == part)));
     world.key = Key::new(key);
     start(&mut board);
-    world.run(&mut board, 60);
+    world.run(&mut board, 30);
+    request_all(&mut board, &[ToBoard::Helm { heading_rad: 1.0, depth_m: 4.0, speed_mps: 1.2 }]);
+    world.run(&mut board, 30);
     assert!(board.app.is_under_way() && board.app.digest() != 0);
     assert!(board.heard().fusions.iter().any(|fusion| fusion.sensor == 7 && fusion.outcome == 0));
 

@@ -7,6 +7,7 @@ mod board_log;
 mod clock_source;
 mod faults;
 mod flight;
+mod helm;
 mod host_link;
 mod images;
 mod learning;

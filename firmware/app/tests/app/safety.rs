@@ -9,10 +9,10 @@ use backseat_wire::hostlink::{Mode, ModeReason, Refusal, ToBoard, Waypoint};
 use backseat_wire::iver::ServoBytes;
 
 /// A straight survey leg of two kilometres at 3 m.
-const LONG: [Waypoint; 2] = [WAYPOINTS[0], Waypoint { x_m: 2000.0, y_m: 0.0, depth_m: 3.0, speed_mps: 1.0 }];
+pub const LONG: [Waypoint; 2] = [WAYPOINTS[0], Waypoint { x_m: 2000.0, y_m: 0.0, depth_m: 3.0, speed_mps: 1.0 }];
 
 /// Under way along [`LONG`] for so many seconds, with these parameters.
-fn flying(values: &[(&str, f64)], seconds: u64) -> (World, Direct) {
+pub fn flying(values: &[(&str, f64)], seconds: u64) -> (World, Direct) {
     let (mut world, mut board) = (World::new(), Direct::new(None));
     parameters(&mut board, values);
     world.run(&mut board, 10);
@@ -25,7 +25,12 @@ fn flying(values: &[(&str, f64)], seconds: u64) -> (World, Direct) {
 }
 
 /// Runs until the mission ends, at most so many seconds, changing the world before each second; how long it took, s.
-fn until_ended(world: &mut World, board: &mut Direct, seconds: u64, mut change: impl FnMut(&mut World, f64)) -> f64 {
+pub fn until_ended(
+    world: &mut World,
+    board: &mut Direct,
+    seconds: u64,
+    mut change: impl FnMut(&mut World, f64),
+) -> f64 {
     for step in 0..10 * seconds {
         change(world, 0.1 * step as f64);
         world.advance(board);
@@ -37,7 +42,7 @@ fn until_ended(world: &mut World, board: &mut Direct, seconds: u64, mut change: 
 }
 
 /// The frontseat was told to stop, and has a neutral vehicle.
-fn stopped(world: &mut World, board: &mut Direct, reason: ModeReason) {
+pub fn stopped(world: &mut World, board: &mut Direct, reason: ModeReason) {
     assert_eq!(shown(board), (Mode::Safe, reason));
     world.run(board, 1);
     assert_eq!((world.stops, world.last_servo), (1, ServoBytes::NEUTRAL), "{reason:?}");

@@ -25,6 +25,7 @@ fn demands() -> Vec<ToBoard<'static>> {
         ToBoard::MissionCommit,
         ToBoard::MissionStart,
         ToBoard::MissionStop,
+        ToBoard::Helm { heading_rad: 0.0, depth_m: 3.0, speed_mps: 1.0 },
         ToBoard::ParameterStore,
         ToBoard::FinWiggle,
         ToBoard::Unlock,
