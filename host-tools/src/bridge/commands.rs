@@ -1,32 +1,53 @@
-//! What comes back: a mission for the board, its start, its stop, as `backseat mission` does them.
+//! What comes back: a mission for the board, its start, its stop, as `backseat mission` does them; what a helm wants.
 
+use super::helm::{LastOrder, Order};
 use crate::mission;
 use backseat_analysis::mission_file;
 use backseat_link::board::{Board, PortName};
 use backseat_wire::ship_state::Key;
 use std::path::Path;
-use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
+use std::time::Duration;
 
 /// Longest text that is looked at, bytes: the longest mission of a board is a tenth of it.
 const LONGEST: usize = 65_536;
 /// As many wait while one is carried out.
 const QUEUE: usize = 4;
+/// How often an order of a helm is looked for.
+const LOOK: Duration = Duration::from_millis(50);
 
 /// Where the sides hand in what they are asked.
 #[derive(Clone)]
-pub struct Commands(SyncSender<(&'static str, String)>);
+pub struct Commands {
+    asked: SyncSender<(&'static str, String)>,
+    orders: LastOrder,
+}
 
 impl Commands {
     /// Carries them out one after the other, through the port that the bridge keeps for other commands, signed by the
-    /// key. What became of each comes out of the receiver.
+    /// key. What became of each comes out of the receiver; of a helm's orders a refusal, once until it is another.
     pub fn open(port: PortName, key: Key) -> (Self, Receiver<String>) {
         let (queue, asked) = sync_channel::<(&str, String)>(QUEUE);
         let (answers, answered) = sync_channel(QUEUE);
+        let orders = LastOrder::default();
+        let own = orders.clone();
         std::thread::spawn(move || {
-            for (side, text) in asked {
-                let answer = match carry_out(&port, key, &text) {
-                    Ok(done) => done,
-                    Err(error) => format!("refused: {error:#}"),
+            let refused = |error: anyhow::Error| format!("refused: {error:#}");
+            let mut last = None;
+            loop {
+                let (side, answer) = match asked.recv_timeout(LOOK) {
+                    Ok((side, text)) => (side, carry_out(&port, key, &text).unwrap_or_else(refused)),
+                    Err(RecvTimeoutError::Disconnected) => return,
+                    Err(RecvTimeoutError::Timeout) => {
+                        let Some(order) = own.take() else { continue };
+                        let refusal = steer(&port, key, &order).err().map(refused);
+                        if last == refusal {
+                            continue;
+                        }
+                        last.clone_from(&refusal);
+                        let Some(refusal) = refusal else { continue };
+                        ("MOOS", refusal)
+                    }
                 };
                 eprintln!("bridge: asked by {side}: {answer}");
                 if answers.send(answer).is_err() {
@@ -34,22 +55,37 @@ impl Commands {
                 }
             }
         });
-        (Self(queue), answered)
+        (Self { asked: queue, orders }, answered)
     }
 
     /// For tests: what is handed in comes out of the receiver.
     #[cfg(test)]
     pub fn kept() -> (Self, Receiver<(&'static str, String)>) {
         let (queue, asked) = sync_channel(QUEUE);
-        (Self(queue), asked)
+        (Self { asked: queue, orders: LastOrder::default() }, asked)
+    }
+
+    /// For tests: the order that waits.
+    #[cfg(test)]
+    pub fn order(&self) -> Option<Order> {
+        self.orders.take()
     }
 
     /// Whether it is taken: `start`, `stop`, or the text of a mission file.
     #[must_use]
     pub fn offer(&self, side: &'static str, text: &[u8]) -> bool {
         let text = str::from_utf8(text).ok().filter(|text| text.len() <= LONGEST);
-        text.is_some_and(|text| self.0.try_send((side, text.to_owned())).is_ok())
+        text.is_some_and(|text| self.asked.try_send((side, text.to_owned())).is_ok())
     }
+
+    /// What a helm wants now; what it wanted before counts no more.
+    pub fn steer(&self, order: Order) {
+        self.orders.set(order);
+    }
+}
+
+fn steer(port: &PortName, key: Key, order: &Order) -> anyhow::Result<()> {
+    Board::connect(port, key)?.helm(order.heading_rad, order.depth_m, order.speed_mps)
 }
 
 fn carry_out(port: &PortName, key: Key, text: &str) -> anyhow::Result<String> {

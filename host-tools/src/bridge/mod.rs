@@ -3,6 +3,7 @@
 mod commands;
 mod counts;
 mod foxglove;
+mod helm;
 mod imc;
 mod moos;
 mod pace;
@@ -58,7 +59,8 @@ or a build with `--features ros2`. Times are the board's UTC; this computer's be
 
 With --accept whoever reaches the MOOSDB or the ROS 2 domain commands the board: the string BACKSEAT_MISSION, or
 /NAME/mission (std_msgs/String), is `start`, `stop` or the text of a mission file. BACKSEAT_ANSWER and /NAME/answer say
-what became of it.";
+what became of it. DESIRED_HEADING (degrees), DESIRED_DEPTH (m) and DESIRED_SPEED (m/s) steer a vehicle under way instead
+of its leg, if app.helm of the board permits it.";
 
 /// How often the port is looked at.
 const POLL: Duration = Duration::from_millis(5);
@@ -81,7 +83,7 @@ pub struct Args {
     /// Join this domain of ROS 2, on every network or on the one of this address
     #[arg(long, value_name = "DOMAIN[@IP]")]
     ros2: Option<Domain>,
-    /// Take missions, starts and stops from MOOS and ROS 2
+    /// Take missions, starts and stops from MOOS and ROS 2, and from MOOS what its helm wants
     #[arg(long)]
     accept: bool,
     /// With --accept: file with the board's key, if it has one; `-`: asked for

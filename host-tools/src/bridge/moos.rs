@@ -1,9 +1,10 @@
 //! A client of MOOSDB, as the board's navigation (themoos/core-moos, `CMOOSCommPkt`, `CMOOSMsg`): synchronous, it
-//! sends, and registers for [`MISSION`] where missions are accepted.
+//! sends, and registers for [`MISSION`] and what a helm wants where that is accepted.
 
 use super::Place;
 use super::commands::Commands;
 use super::counts::Counts;
+use super::helm::{DESIRED, Desired};
 use std::io::{self, Read, Write};
 use std::net::{SocketAddr, TcpStream};
 use std::sync::Arc;
@@ -108,6 +109,7 @@ fn serve(
             if known.replace(true) != Some(true) {
                 eprintln!("bridge: MOOSDB at {to}");
             }
+            let mut desired = Desired::default();
             loop {
                 let next = packets.recv_timeout(if commands.is_some() { LOOK } else { FOR_EVER });
                 let (packet, arrived) = match next {
@@ -127,10 +129,21 @@ fn serve(
                     }
                 })?;
                 let Some(commands) = commands else { continue };
-                for asked in mail(&answered).inspect_err(|_| counts.refuse())? {
-                    if !commands.offer("MOOS", asked) {
+                let now = Instant::now();
+                for mail in mail(&answered).inspect_err(|_| counts.refuse())? {
+                    let taken = match mail {
+                        Mail::Mission(text) => commands.offer("MOOS", text),
+                        Mail::Desired(variable, value) => {
+                            desired.take(variable, value, now);
+                            value.is_some()
+                        }
+                    };
+                    if !taken {
                         counts.refuse();
                     }
+                }
+                if let Some(order) = desired.due(now) {
+                    commands.steer(order);
                 }
             }
         });
@@ -145,7 +158,9 @@ fn serve(
 /// Asks for what others want of the board. The answer holds what was wanted before, perhaps by a start of yesterday:
 /// that is passed over.
 fn register(socket: &mut TcpStream, name: &str) -> io::Result<()> {
-    socket.write_all(&packet(&[message(b'R', name, MISSION, 0.0, &Value::Real(0.0))]))?;
+    let registers = |variable| message(b'R', name, variable, 0.0, &Value::Real(0.0));
+    let [heading, depth, speed] = DESIRED.map(registers);
+    socket.write_all(&packet(&[registers(MISSION), heading, depth, speed]))?;
     answer(socket).map(drop)
 }
 
@@ -184,13 +199,21 @@ fn no_packet() -> io::Error {
     io::Error::new(io::ErrorKind::InvalidData, "not a packet of MOOS")
 }
 
+/// What may be asked of the board.
+enum Mail<'a> {
+    /// A mission, its start or its stop.
+    Mission(&'a [u8]),
+    /// A value of the variable of [`DESIRED`] at this place; none: it is no number.
+    Desired(usize, Option<f64>),
+}
+
 /// What of a packet is asked of the board.
-fn mail(packet: &[u8]) -> io::Result<Vec<&[u8]>> {
+fn mail(packet: &[u8]) -> io::Result<Vec<Mail<'_>>> {
     read_mail(packet).ok_or_else(no_packet)
 }
 
 /// As written by [`packet`] and [`message`], but for the packet's length.
-fn read_mail(packet: &[u8]) -> Option<Vec<&[u8]>> {
+fn read_mail(packet: &[u8]) -> Option<Vec<Mail<'_>>> {
     fn number(from: &mut &[u8]) -> Option<usize> {
         let (number, rest) = from.split_first_chunk()?;
         *from = rest;
@@ -213,9 +236,15 @@ fn read_mail(packet: &[u8]) -> Option<Vec<&[u8]>> {
         message = &message[10..];
         let [_source, _aux, _community, key] =
             [text(&mut message)?, text(&mut message)?, text(&mut message)?, text(&mut message)?];
-        message = message.get(24..)?;
-        if (kind, data, key) == (b'N', b'S', MISSION.as_bytes()) {
-            asked.push(text(&mut message)?);
+        let (numbers, mut message) = message.split_at_checked(24)?;
+        let value = f64::from_le_bytes(*numbers.get(8..)?.first_chunk()?);
+        if kind != b'N' {
+            continue;
+        }
+        if let Some(variable) = DESIRED.iter().position(|desired| desired.as_bytes() == key) {
+            asked.push(Mail::Desired(variable, Some(value).filter(|value| data == b'D' && value.is_finite())));
+        } else if (data, key) == (b'S', MISSION.as_bytes()) {
+            asked.push(Mail::Mission(text(&mut message)?));
         }
     }
     Some(asked)
@@ -311,6 +340,39 @@ mod tests {
         assert_eq!(asked.recv().unwrap(), ("MOOS", "stop".to_owned()));
         read_packet(&mut socket);
         assert_eq!((asked.try_recv().is_err(), client.counts.read()), (true, [0, 0, 1]));
+    }
+
+    #[test]
+    fn what_a_helm_wants_is_handed_on_while_it_says_it_and_never_what_it_wanted_before() {
+        let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+        let (commands, _asked) = Commands::kept();
+        let client = Client::open(listener.local_addr().unwrap(), "auv", Some(commands.clone()));
+        let mut socket = welcome(&listener);
+        let wants = |variable: usize, value| message(b'N', "pHelmIvP", DESIRED[variable], 0.0, &Value::Real(value));
+        let all = |values: [f64; 3]| packet(&[0, 1, 2].map(|variable| wants(variable, values[variable])));
+        let registered = read_packet(&mut socket);
+        for variable in DESIRED {
+            assert!(registered.windows(variable.len()).any(|part| part == variable.as_bytes()), "{variable}");
+        }
+        let mut say = |packet: &[u8]| {
+            socket.write_all(packet).unwrap();
+            read_packet(&mut socket);
+        };
+        say(&all([10.0, 5.0, 1.0]));
+        say(&packet(&[]));
+        assert_eq!(commands.order(), None, "wanted before the bridge was there");
+        say(&packet(&[wants(0, 180.0), wants(2, 1.5)]));
+        assert_eq!(commands.order(), None, "no depth");
+        say(&packet(&[wants(1, 4.0), wants(0, 90.0)]));
+        let order = commands.order().unwrap();
+        assert_eq!((order.heading_rad, order.depth_m, order.speed_mps), (90.0_f64.to_radians(), 4.0, 1.5));
+        std::thread::sleep(Duration::from_millis(600));
+        let word = message(b'N', "pHelmIvP", DESIRED[1], 0.0, &Value::Text("deep".to_owned()));
+        say(&packet(&[word, wants(2, f64::NAN)]));
+        say(&packet(&[]));
+        assert_eq!((commands.order(), client.counts.read()), (None, [0, 0, 2]), "no numbers");
+        say(&all([0.0, 3.0, 1.0]));
+        assert!(commands.order().is_some());
     }
 
     /// Lengths and counts that are not so, a packet that is cut off, bytes at random: each is counted, and the client

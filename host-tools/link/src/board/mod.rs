@@ -290,6 +290,12 @@ impl Board {
         self.demand(&ToBoard::MissionStop, "to stop")
     }
 
+    /// Has the vehicle hold a true heading, rad, a depth, m, and a speed through the water, m/s, instead of the leg that
+    /// it flies, for two seconds.
+    pub fn helm(&mut self, heading_rad: f64, depth_m: f64, speed_mps: f64) -> anyhow::Result<()> {
+        self.demand(&ToBoard::Helm { heading_rad, depth_m, speed_mps }, "to be steered")
+    }
+
     /// The counters.
     pub fn health(&mut self) -> anyhow::Result<Health> {
         self.ask(&ToBoard::HealthGet, |message| match message {

@@ -1,25 +1,53 @@
 //! `backseat bridge`: what comes back.
 
 use super::bench::Bench;
+use super::check::checked;
+use hil_sim::scenario::Scenario;
 use std::io::{Read, Write};
 use std::net::{TcpListener, TcpStream};
 use std::thread::scope;
 
-/// A packet of one message of MOOS: to a client, from whom does not matter.
-fn packet(kind: u8, key: &str, text: &str) -> Vec<u8> {
+/// A message of MOOS, from whom does not matter: its kind and that of its data, number or text.
+fn message(kind: u8, data: u8, key: &str, number: f64, text: &str) -> Vec<u8> {
     let bytes = |text: &str| [&(text.len() as u32).to_le_bytes(), text.as_bytes()].concat();
     let strings = [bytes("pHelm"), bytes(""), bytes(""), bytes(key)].concat();
-    let body = [&[0xFF; 4], &[kind, b'S'][..], &strings, &[0; 24], &bytes(text)].concat();
-    let message = [&(body.len() as u32 + 4).to_le_bytes()[..], &body].concat();
-    [&(message.len() as u32 + 9).to_le_bytes()[..], &[1, 0, 0, 0, 0], &message].concat()
+    let numbers = [0.0, number, 0.0].map(f64::to_le_bytes).concat();
+    let body = [&[0xFF; 4], &[kind, data][..], &strings, &numbers, &bytes(text)].concat();
+    [&(body.len() as u32 + 4).to_le_bytes()[..], &body].concat()
 }
 
-fn receive(socket: &mut TcpStream) -> String {
+fn packet_of(messages: &[Vec<u8>]) -> Vec<u8> {
+    let length = 9 + messages.iter().map(Vec::len).sum::<usize>();
+    let head = [&(length as u32).to_le_bytes()[..], &(messages.len() as u32).to_le_bytes(), &[0]].concat();
+    [head, messages.concat()].concat()
+}
+
+/// A packet of one message with a text, to a client.
+fn packet(kind: u8, key: &str, text: &str) -> Vec<u8> {
+    packet_of(&[message(kind, b'S', key, 0.0, text)])
+}
+
+fn receive_bytes(socket: &mut TcpStream) -> Vec<u8> {
     let mut length = [0; 4];
     socket.read_exact(&mut length).unwrap();
     let mut rest = vec![0; u32::from_le_bytes(length) as usize - 4];
     socket.read_exact(&mut rest).unwrap();
-    String::from_utf8_lossy(&rest).into_owned()
+    rest
+}
+
+fn receive(socket: &mut TcpStream) -> String {
+    String::from_utf8_lossy(&receive_bytes(socket)).into_owned()
+}
+
+/// Welcomes the bridge, and tells it what stood in the database before.
+fn welcome(database: &TcpListener, before: &[u8]) -> TcpStream {
+    let (mut socket, _) = database.accept().unwrap();
+    socket.read_exact(&mut [0; 32]).unwrap();
+    for answer in [&packet(b'W', "", "synchronous"), before] {
+        receive(&mut socket);
+        socket.write_all(answer).unwrap();
+    }
+    socket
 }
 
 /// A board with a key takes a mission from MOOS, its start and its stop, through a bridge that has the key, and nothing
@@ -44,12 +72,7 @@ fn a_mission_comes_back_signed_by_the_bridge() {
         let arguments = [&["bridge", "PORT", "--moos", &at, "--accept", "--for", "20", "--json"], key].concat();
         let counts = scope(|scope| {
             let bridge = scope.spawn(|| bench.run(&arguments).json());
-            let (mut socket, _) = database.accept().unwrap();
-            socket.read_exact(&mut [0; 32]).unwrap();
-            for answer in [packet(b'W', "", "synchronous"), packet(b'N', "BACKSEAT_MISSION", "start")] {
-                receive(&mut socket);
-                socket.write_all(&answer).unwrap();
-            }
+            let mut socket = welcome(&database, &packet(b'N', "BACKSEAT_MISSION", "start"));
             for (text, expected) in asked {
                 receive(&mut socket);
                 socket.write_all(&packet(b'N', "BACKSEAT_MISSION", text)).unwrap();
@@ -68,4 +91,63 @@ fn a_mission_comes_back_signed_by_the_bridge() {
         assert_eq!(counts["sides"]["moos"]["refused"], 0, "{counts}");
     }
     assert_eq!(bench.json(&["mission", "get", "PORT"])["waypoints"].as_array().unwrap().len(), 1);
+}
+
+/// The helm's course, degrees.
+const COURSE_DEG: f64 = 250.0;
+
+/// Plays a database whose helm wants this course for so many packets of the bridge, five to twelve a second; the headings
+/// that the bridge tells, degrees, and its answers.
+fn helm(bench: &Bench, packets: usize) -> (Vec<f64>, Vec<String>) {
+    let database = TcpListener::bind("127.0.0.1:0").unwrap();
+    let at = database.local_addr().unwrap().to_string();
+    let seconds = (packets / 5 + 5).to_string();
+    let arguments = ["bridge", "PORT", "--moos", &at, "--accept", "--for", &seconds];
+    let wants = |variable, value| message(b'N', b'D', variable, value, "");
+    let wanted =
+        packet_of(&[wants("DESIRED_HEADING", COURSE_DEG), wants("DESIRED_DEPTH", 2.0), wants("DESIRED_SPEED", 1.2)]);
+    scope(|scope| {
+        let bridge = scope.spawn(|| bench.run(&arguments).good("bridge"));
+        let mut socket = welcome(&database, &wanted);
+        let (mut headings_deg, mut answers) = (Vec::new(), Vec::new());
+        for _ in 0..packets {
+            let heard = receive_bytes(&mut socket);
+            let place = |key: &[u8]| heard.windows(key.len()).position(|part| part == key).map(|at| at + key.len());
+            if let Some(at) = place(b"NAV_HEADING") {
+                headings_deg.push(f64::from_le_bytes(heard[at + 8..at + 16].try_into().unwrap()));
+            }
+            if let Some(at) = place(b"BACKSEAT_ANSWER") {
+                answers.push(String::from_utf8_lossy(&heard[at..]).into_owned());
+            }
+            socket.write_all(&wanted).unwrap();
+        }
+        drop(socket);
+        bridge.join().unwrap();
+        (headings_deg, answers)
+    })
+}
+
+/// Refused once where it may not, obeyed where it may.
+#[test]
+#[ignore = "in real time: .ci/nightly"]
+fn a_helm_steers_where_it_may() {
+    let mut bench = Bench::new();
+    let (headings_deg, answers) = helm(&bench, 25);
+    assert!(headings_deg.is_empty() && answers.len() == 1, "{answers:?}");
+    assert!(answers[0].contains("refused: the board refused to be steered: its parameters"), "{answers:?}");
+
+    let scenario = Scenario::built_in("survey").unwrap();
+    let declination = format!("app.declination_rad={}", scenario.settings.environment.magnetic_declination_rad);
+    bench.simulate(scenario);
+    bench.write("m.toml", include_str!("../../../../hil-sim/scenarios/survey.toml"));
+    bench.good(&["mission", "put", "PORT", "m.toml"]);
+    // this computer has no PPS input, so no ranges
+    bench.good(&["params", "set", "PORT", "app.use_range=0", "app.use_dvl=1", "app.helm=1", &declination]);
+    checked(|| bench.run(&["check", "PORT", "--json"]), |report| report["passed"] == true);
+    bench.good(&["mission", "start", "PORT"]);
+    let (headings_deg, answers) = helm(&bench, 350);
+    assert_eq!(answers, [""; 0]);
+    let last = headings_deg.iter().rev().take(50);
+    assert!(last.clone().count() == 50 && last.clone().all(|deg| (deg - COURSE_DEG).abs() < 4.0), "{headings_deg:?}");
+    bench.good(&["mission", "stop", "PORT"]);
 }
