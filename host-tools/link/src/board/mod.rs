@@ -293,7 +293,13 @@ impl Board {
     /// Has the vehicle hold a true heading, rad, a depth, m, and a speed through the water, m/s, instead of the leg that
     /// it flies, for two seconds.
     pub fn helm(&mut self, heading_rad: f64, depth_m: f64, speed_mps: f64) -> anyhow::Result<()> {
-        self.demand(&ToBoard::Helm { heading_rad, depth_m, speed_mps }, "to be steered")
+        match self.request(&ToBoard::Helm { heading_rad, depth_m, speed_mps })? {
+            Err(Refusal::NotReady) => {
+                bail!("the board refused to be steered: no leg of its mission is flown, or its mode is not nominal")
+            }
+            Err(refusal) => bail!("the board refused to be steered: {}", reason(refusal)),
+            Ok(()) => Ok(()),
+        }
     }
 
     /// The counters.
