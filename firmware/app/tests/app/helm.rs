@@ -20,7 +20,7 @@ const fn helm(heading_rad: f64, depth_m: f64, speed_mps: f64) -> ToBoard<'static
 fn steer(world: &mut World, board: &mut Direct, seconds: u64, helm: &ToBoard<'_>) {
     for step in 0..10 * seconds {
         if step % 5 == 0 {
-            request_all(board, &[helm.clone()]);
+            request_all(board, std::slice::from_ref(helm));
         }
         world.advance(board);
     }
@@ -119,7 +119,7 @@ fn the_fence_ends_the_mission_whoever_steers() {
             break;
         }
     }
-    assert!((115.0..135.0).contains(&world.x[Y].hypot(world.x[X])), "{:?}", world.x);
+    assert!((115.0..135.0).contains(&libm::hypot(world.x[X], world.x[Y])), "{:?}", world.x);
     stopped(&mut world, &mut board, ModeReason::OutsideFence);
     assert_eq!(refused(&mut board, &helm(1.57, 3.0, 1.5)), Some(Refusal::NotReady));
 }
@@ -136,7 +136,7 @@ fn the_way_back_is_not_for_the_host() {
     assert_eq!(shown(&mut board), (Mode::Degraded, ModeReason::BatteryLow));
     assert_eq!(refused(&mut board, &helm(1.57, 3.0, 1.0)), Some(Refusal::NotReady));
     until_ended(&mut world, &mut board, 400, |_, _| {});
-    let off_m = (world.x[X] + 30.0).hypot(world.x[Y] - 5.0);
+    let off_m = libm::hypot(world.x[X] + 30.0, world.x[Y] - 5.0);
     assert!(off_m < 8.0, "{off_m} m from where it began");
 }
 
