@@ -384,3 +384,29 @@ impl<'a> Filter<'a> {
         true
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn residual(t_s: f64, channel: ResidualChannel, is_moved_by_waves: bool) -> Residual {
+        let (innovation, sigma, alike) = (0.0, 1.0, 1.0);
+        Residual { t_s, channel, innovation, sigma, alike, used: true, station: None, is_moved_by_waves }
+    }
+
+    /// Of the depths that were used one is moved by waves, of the DVL two of three.
+    #[test]
+    fn what_waves_move_does_not_tell_unless_it_is_most_of_its_channel() {
+        let of = |channel, waves: [bool; 3]| {
+            waves.into_iter().zip([1.0, 2.0, 3.0]).map(move |(w, t_s)| residual(t_s, channel, w))
+        };
+        let mut residuals: Vec<Residual> = of(ResidualChannel::Depth, [true, false, false]).collect();
+        residuals.extend(of(ResidualChannel::DvlU, [true, true, false]));
+        residuals[1].used = false;
+        residuals.push(residual(4.0, ResidualChannel::Depth, false));
+        let pass = Pass { residuals, ..Pass::default() };
+        let telling: Vec<_> = pass.telling().map(|r| (r.channel, r.t_s)).collect();
+        let (depth, dvl) = (ResidualChannel::Depth, ResidualChannel::DvlU);
+        assert_eq!(telling, [(depth, 3.0), (dvl, 1.0), (dvl, 2.0), (dvl, 3.0), (depth, 4.0)]);
+    }
+}
