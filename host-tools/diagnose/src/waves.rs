@@ -152,7 +152,7 @@ fn size(samples: &Samples, hz: f64, split: &Split) -> Option<(f64, f64, f64, f64
     let bins = spectrum.segments[0].len();
     // Excess over the neighbourhood, by segment: its scatter is the interval.
     let mut amplitudes = Vec::new();
-    let (mut weight, mut centre, mut spread) = (0.0, 0.0, Vec::new());
+    let mut moments = Vec::new();
     for segment in &spectrum.segments {
         let ([_, around], _) = spectrum.contrast(segment, hz);
         let (mut excess, mut moment) = (0.0, 0.0);
@@ -166,18 +166,16 @@ fn size(samples: &Samples, hz: f64, split: &Split) -> Option<(f64, f64, f64, f64
         }
         // Two-sided spectrum: variance = 2 Σ P · bin · step; orbital motion has a² over all axes.
         amplitudes.push(2.0 * excess * spectrum.bin_hz * step_s);
-        weight += excess;
-        centre += moment;
-        if excess > 0.0 {
-            spread.push(moment / excess);
-        }
+        moments.push((excess, moment));
     }
     let n = amplitudes.len() as f64;
     let mean = amplitudes.iter().sum::<f64>() / n;
     let variance = amplitudes.iter().map(|a| (a - mean).powi(2)).sum::<f64>() / (n - 1.0);
     let amplitude = mean.max(0.0).sqrt();
+    let (weight, centre) = moments.iter().fold((0.0, 0.0), |sum, of| (sum.0 + of.0, sum.1 + of.1));
+    // The frequency is a ratio of sums: a segment without waves says nothing of it.
     let f = centre / weight;
-    let scatter = spread.iter().map(|s| (s - f).powi(2)).sum::<f64>() / spread.len().max(1) as f64;
+    let scatter = moments.iter().map(|(e, m)| (m - f * e).powi(2)).sum::<f64>() / (n - 1.0) / (weight / n).powi(2);
     // Half-overlapping segments: two of three count.
     let independent = n / 1.5;
     let sigma = (variance / independent).sqrt() / (2.0 * amplitude).max(f64::MIN_POSITIVE);
@@ -188,4 +186,32 @@ fn size(samples: &Samples, hz: f64, split: &Split) -> Option<(f64, f64, f64, f64
 fn samples_step(axis: &[(f64, f64)]) -> Option<f64> {
     let steps: Vec<f64> = axis.windows(2).map(|w| w[1].0 - w[0].0).collect();
     backseat_logs::stats::median(&steps).filter(|step| *step > 0.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::split::FORECAST_SHARE;
+    use hil_sim::rng::{Source, Stream};
+
+    /// Orbits of 0.1 m/s every 5 s, in the first half of a log. Segments without waves say nothing of the period.
+    #[test]
+    fn val_amplitude_and_period_of_waves_in_half_of_a_log() {
+        let mut stream = Stream::new(7, Source::Depth);
+        let velocity = |k: usize, noise: [f64; 3]| {
+            let (sin, cos) = (TAU / 5.0 * 0.2 * k as f64).sin_cos();
+            let amplitude = if k < 6000 { 0.1 } else { 0.0 };
+            [1.5 + amplitude * cos + noise[0], noise[1], amplitude * sin + noise[2]]
+        };
+        let noises = std::iter::repeat_with(|| std::array::from_fn(|_| 0.01 * stream.normal()));
+        let readings = noises.take(12_000).enumerate().map(|(k, noise)| (0.2 * k as f64, velocity(k, noise)));
+        let events = readings.map(|(t_s, dvl)| (t_s, LogEvent::Reading(Reading::Dvl(dvl)))).collect();
+        let samples = Samples { events, ..Samples::default() };
+        let split = Split::of_one_run(2400.0, 20.0, FORECAST_SHARE);
+        let (amplitude_mps, amplitude_sigma_mps, period_s, period_sigma_s) = size(&samples, 0.2, &split).unwrap();
+        assert!((period_s - 5.0).abs() < 3.0 * period_sigma_s && period_sigma_s < 0.1, "{period_s} {period_sigma_s}");
+        // Half of the power is there.
+        let mean = 0.1 / 2.0_f64.sqrt();
+        assert!((amplitude_mps - mean).abs() < 3.0 * amplitude_sigma_mps, "{amplitude_mps} {amplitude_sigma_mps}");
+    }
 }
