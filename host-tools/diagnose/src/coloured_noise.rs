@@ -37,7 +37,7 @@ pub struct Sensors {
     are_inertial: bool,
 }
 
-/// All whose noise may last. GNSS fixes count by their design effect.
+/// All whose noise may last.
 pub const SENSORS: [Sensors; 2] = [
     Sensors {
         devices: &OWN,
@@ -52,8 +52,8 @@ pub const SENSORS: [Sensors; 2] = [
         are_inertial: true,
     },
     Sensors {
-        devices: &ACOUSTIC,
-        // paths and receivers wander over minutes
+        devices: &POSITIONS,
+        // paths, receivers, orbits and the ionosphere wander over minutes
         taus_s: [6.0, 20.0, 60.0, 150.0, 300.0],
         second: [(0.08, 60.0), (0.08, 150.0), (0.08, 300.0)],
         // a reading every ten seconds is seldom: an hour, 150 samples
@@ -71,10 +71,11 @@ const OWN: [&[ResidualChannel]; 5] = [
     &[ResidualChannel::P, ResidualChannel::Q, ResidualChannel::R],
     &[ResidualChannel::DvlU, ResidualChannel::DvlV, ResidualChannel::DvlW],
 ];
-const ACOUSTIC: [&[ResidualChannel]; 3] = [
+const POSITIONS: [&[ResidualChannel]; 4] = [
     &[ResidualChannel::Range],
     &[ResidualChannel::UsblAlong, ResidualChannel::UsblAcross],
     &[ResidualChannel::UsblDown],
+    &[ResidualChannel::GnssX, ResidualChannel::GnssY],
 ];
 /// What a second part must gain: χ² of two numbers, by chance once in a hundred. One too many costs less than an effect
 /// that is noise.
@@ -84,10 +85,17 @@ const LAGS: usize = 20;
 const SUSPECTED: f64 = 1e-4;
 /// Shares tried at first.
 const SHARES: [f64; 2] = [0.15, 0.6];
+/// The largest that lasts, of all parts together: of a fix the rest is a tenth of its sigma.
+const MOST_LASTING: f64 = 0.99;
+/// Factors on a size tried where the whole log takes the place of its beginning.
+const LOUDER: [f64; 4] = [0.65, 0.8, 1.25, 1.6];
 /// How much quieter than declared a channel may be: a vehicle file declares roll, pitch and heading alike, and a good
 /// compass is ten times worse than the good accelerometers beside it. Held at the declared size, the parts that last of a
 /// quieter channel take up too much, and innovations are correlated the other way.
 const LEAST_SIZE: f64 = 0.1;
+/// Fixes err by as much as is declared: what they share for minutes shows only from one surfacing to the next, and a log
+/// has few.
+const LEAST_OF_FIXES: f64 = 1.0;
 /// How much more or less the water may shake the vehicle than is declared, under water and at the surface: beyond it is
 /// no turbulence, and more than waves of 1 m and 6 s, √(2 A ω³) = 0.5 m/s²/√Hz for a displacement of variance A.
 const MOST_SHAKEN: [f64; 2] = [3.0, 10.0];
@@ -116,9 +124,10 @@ impl Mixture {
     fn is_possible(&self, sensors: &Sensors) -> bool {
         let ([fastest_s, .., slow_s], [.., (_, slowest_s)]) = (sensors.taus_s, sensors.second);
         let taus_s = 0.6 * fastest_s..=BEYOND * slowest_s.max(slow_s);
-        let inside =
-            |(share, tau_s): (f64, f64)| share == 0.0 || (0.0..=0.97).contains(&share) && taus_s.contains(&tau_s);
-        self.parts.iter().copied().all(inside) && self.parts[0].0 + self.parts[1].0 <= 0.97
+        let inside = |(share, tau_s): (f64, f64)| {
+            share == 0.0 || (0.0..=MOST_LASTING).contains(&share) && taus_s.contains(&tau_s)
+        };
+        self.parts.iter().copied().all(inside) && self.parts[0].0 + self.parts[1].0 <= MOST_LASTING
     }
 }
 
@@ -216,16 +225,15 @@ struct Best {
     cost: Costs,
 }
 
-/// Factors in surge, in sway and heave, in roll, in pitch and yaw; under water, and at the surface, where waves push.
-type Shaken = [[f64; 4]; 2];
+/// Factors in surge, sway, heave, roll, pitch and yaw; under water, and at the surface, where waves push.
+type Shaken = [[f64; 6]; 2];
 
 /// Makes the noise of the motion more or less by these factors.
 fn shake(setup: &mut Setup, factors: &Shaken) {
     let noises = [&mut setup.noise, &mut setup.surface.noise];
-    for (noise, [surge, sideways, roll, turning]) in noises.into_iter().zip(factors) {
-        let ([u, v, w], [p, q, r]) = (noise.linear_mps2_per_sqrt_hz, noise.angular_radps2_per_sqrt_hz);
-        noise.linear_mps2_per_sqrt_hz = [surge * u, sideways * v, sideways * w];
-        noise.angular_radps2_per_sqrt_hz = [roll * p, turning * q, turning * r];
+    for (noise, factors) in noises.into_iter().zip(factors) {
+        let declared = noise.linear_mps2_per_sqrt_hz.iter_mut().chain(&mut noise.angular_radps2_per_sqrt_hz);
+        declared.zip(factors).for_each(|(noise, factor)| *noise *= factor);
     }
 }
 
@@ -238,6 +246,13 @@ struct Costs {
     all: f64,
 }
 
+impl Costs {
+    /// Of all innovations that waves do not move.
+    fn telling(&self) -> f64 {
+        self.own.iter().sum()
+    }
+}
+
 impl Search<'_> {
     fn start(&self, mixtures: Mixtures, shaken: Shaken) -> Option<Best> {
         Some(Best { mixtures, shaken, cost: self.cost(&mixtures, shaken)? })
@@ -246,7 +261,7 @@ impl Search<'_> {
     /// White noise of the size that is most likely, and noise with one part that lasts.
     fn rough(&self) -> Option<[Best; 2]> {
         let scale = &self.log_data.setup.scale;
-        let mut best = self.start(std::array::from_fn(|channel| Mixture::white(scale[channel])), [[1.0; 4]; 2])?;
+        let mut best = self.start(std::array::from_fn(|channel| Mixture::white(scale[channel])), [[1.0; 6]; 2])?;
         self.resize(&mut best, &[0.12, 0.18, 0.28, 0.42, 0.65, 0.8, 1.25, 1.6]);
         self.resize(&mut best, &[0.75, 0.84, 0.92, 1.09, 1.19, 1.3]);
         self.resize(&mut best, &[0.96, 1.04]);
@@ -255,7 +270,7 @@ impl Search<'_> {
             .iter()
             .flat_map(|share| self.sensors.taus_s.map(|tau_s| move |m: &Mixture| with_part(m, 0, |_| (*share, tau_s))));
         self.improve(&mut best, &grid.collect::<Vec<_>>());
-        self.improve(&mut best, &[0.08, 0.35, 0.8, 0.93].map(|share| shared(0, share)));
+        self.improve(&mut best, &[0.08, 0.35, 0.8, 0.93, 0.98].map(|share| shared(0, share)));
         self.resize(&mut best, &[0.75, 0.87, 1.15, 1.35, 1.6]);
         self.improve(&mut best, &[0.6, 1.6].map(slower));
         self.shake(&mut best, [&[0.4, 0.65, 1.5, 2.5], &[0.5, 2.0, 4.0]]);
@@ -265,7 +280,9 @@ impl Search<'_> {
 
     /// Each with a second part where it has one, and with none where it has none.
     fn refined(&self, [white, one]: &[Best; 2]) -> Option<Best> {
-        let one = self.start(one.mixtures, one.shaken)?;
+        let mut one = self.start(one.mixtures, one.shaken)?;
+        // What a log begins with need not be as loud as the rest.
+        self.resize(&mut one, &LOUDER);
         let mut best = one;
         // Alone the first part stands for both: beside a slower one it is faster.
         let second = |(second_share, tau_s): (f64, f64), faster: f64| {
@@ -279,24 +296,32 @@ impl Search<'_> {
         let slow = self.sensors.second.into_iter().flat_map(|part| [0.4, 1.0].map(|faster| second(part, faster)));
         self.improve(&mut best, &slow.collect::<Vec<_>>());
         self.improve(&mut best, &[0.01, 0.04, 0.15, 0.25].map(|share| shared(1, share)));
-        self.undo_small_gains(&mut best, &one, SECOND_GAIN);
+        self.undo_small_gains(&mut best, &one.mixtures, SECOND_GAIN);
         self.improve(&mut best, &[0.3, 0.55, 1.8, 3.3].map(louder));
         self.shake(&mut best, [&[0.75, 1.3]; 2]);
         self.resize(&mut best, &[0.9, 1.1]);
         self.improve(&mut best, &[0.6, 0.77, 1.3, 1.7].map(slower));
         self.improve(&mut best, &[0.7, 0.85, 1.2, 1.4].map(louder));
         let mut white = self.start(white.mixtures, best.shaken)?;
-        self.resize(&mut white, &[0.8, 0.93, 1.07]);
-        self.undo_small_gains(&mut best, &white, self.sensors.least_gain);
+        self.resize(&mut white, &LOUDER);
+        self.resize(&mut white, &[0.93, 1.07]);
+        self.undo_small_gains(&mut best, &white.mixtures, self.sensors.least_gain);
         Some(best)
     }
 
-    /// Puts each device back to what it was before, where it has gained too little since.
-    fn undo_small_gains(&self, best: &mut Best, before: &Best, least_gain: f64) {
+    /// Puts each device back to what it was before, where all channels together have gained too little by it since: beside
+    /// what the others are now, its own innovations before say nothing.
+    fn undo_small_gains(&self, best: &mut Best, before: &Mixtures, least_gain: f64) {
         for device in self.sensors.devices {
-            let gain: f64 = device.iter().map(|c| before.cost.own[*c as usize] - best.cost.own[*c as usize]).sum();
-            if gain < least_gain {
-                self.take(best, &before.mixtures, &before.cost, device);
+            let mut mixtures = best.mixtures;
+            for channel in device.iter().filter(|channel| self.channels.contains(channel)) {
+                mixtures[*channel as usize] = before[*channel as usize];
+            }
+            if mixtures != best.mixtures
+                && let Some(cost) = self.cost(&mixtures, best.shaken)
+                && cost.telling() - best.cost.telling() < least_gain
+            {
+                (best.mixtures, best.cost) = (mixtures, cost);
             }
         }
     }
@@ -321,7 +346,7 @@ impl Search<'_> {
         let surface_m = self.log_data.setup.surface.depth_m;
         let has_surfaced = self.log_data.declared.trace.iter().any(|trace| trace.x[Z] < surface_m);
         let waters = if has_surfaced { 2 } else { 1 };
-        for (water, place) in (0..waters).flat_map(|water| (0..4).map(move |place| (water, place))) {
+        for (water, place) in (0..waters).flat_map(|water| (0..6).map(move |place| (water, place))) {
             if !self.sensors.are_inertial {
                 break;
             }
@@ -353,7 +378,9 @@ impl Search<'_> {
             for channel in self.channels {
                 let at = *channel as usize;
                 let mut changed = change(&trial[at]);
-                changed.size = changed.size.clamp(LEAST_SIZE, channel.most_scale(sensors));
+                let is_fix = matches!(channel, ResidualChannel::GnssX | ResidualChannel::GnssY);
+                let least = if is_fix { LEAST_OF_FIXES } else { LEAST_SIZE };
+                changed.size = changed.size.clamp(least, channel.most_scale(sensors));
                 if changed.is_possible(self.sensors) {
                     trial[at] = changed;
                 }

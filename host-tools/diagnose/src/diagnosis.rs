@@ -143,7 +143,8 @@ fn timed(log_data: &mut PreparedLog, mut progress: impl FnMut(&str)) -> Option<D
     let (mut diagnosis, mut accepted) = once(log_data, &mut progress)?;
     // Beside an effect that is not named after all, the noise is not what it is.
     let is_named = |effect: &&str| accepted.iter().any(|instance| instance.candidate.effect == *effect);
-    if diagnosis.conditions.is_coloured && !log_data.noise_beside.iter().all(is_named) {
+    let is_other_noise = diagnosis.conditions.is_coloured || diagnosis.conditions.exceeds_noise;
+    if is_other_noise && !log_data.noise_beside.iter().all(is_named) {
         progress("noise that lasts");
         if lasting_noise::take(log_data, &accepted, lasting_noise::has_waves(&diagnosis.effects))? {
             (diagnosis, accepted) = once(log_data, &mut progress)?;

@@ -3,22 +3,23 @@
 use crate::candidates::{Instance, set_of};
 use crate::coloured_noise::{self, Noise, SENSORS};
 use crate::found::FoundEffect;
-use crate::prepared_log::PreparedLog;
+use crate::prepared_log::{DataPart, PreparedLog};
 use crate::samples::ResidualChannel;
 use crate::structure;
-use crate::whitener::{Pass, Residual};
+use crate::whitener::{self, Pass, Residual};
 
 /// Puts noise that lasts, estimated beside effects, in the place of what there was; whether there is any.
 pub fn take(log_data: &mut PreparedLog, beside: &[Instance], is_swell_kept: bool) -> Option<bool> {
-    (log_data.own_scale, log_data.setup.colours) = (log_data.declared_scale, Vec::new());
-    log_data.setup.noise = log_data.declared_noise;
-    let noise = estimate(log_data, beside, is_swell_kept)?;
+    let kept: &[ResidualChannel] = if is_swell_kept { &MOVED_BY_WAVES } else { &[] };
+    begin_as_declared(log_data, kept);
+    let noise = estimate(log_data, beside, kept)?;
     if noise.is_empty() {
         return Some(false);
     }
     log_data.setup.scale = log_data.own_scale;
     noise.iter().for_each(|noise| noise.apply(&mut log_data.setup));
     log_data.own_scale = log_data.setup.scale;
+    log_data.setup.swing = swing(log_data, beside)?;
     log_data.noise_beside = beside.iter().map(|instance| instance.candidate.effect).collect();
     // Against noise as it is the timing of the inputs shows better. A lag takes up half a sample of it.
     let is_late = beside.iter().any(|instance| instance.candidate.is_lag());
@@ -29,11 +30,41 @@ pub fn take(log_data: &mut PreparedLog, beside: &[Instance], is_swell_kept: bool
     Some(true)
 }
 
+/// By how much the readings that waves move err more than the others: what waves do is no evidence of an effect.
+fn swing(log_data: &PreparedLog, beside: &[Instance]) -> Option<[f64; ResidualChannel::COUNT]> {
+    const FEWEST: usize = 30;
+    // With the first the filter follows waves less, and errs more.
+    const ROUNDS: usize = 3;
+    let mut setup = log_data.setup.clone();
+    for _ in 0..ROUNDS {
+        let pass = whitener::run(&setup, &log_data.samples, &set_of(&log_data.scope.declared, beside), &[])?;
+        let moved = |r: &&Residual| r.used && r.is_moved_by_waves && log_data.split.is_at(DataPart::Seen, r.t_s);
+        let mut sums = [(0, 0.0); ResidualChannel::COUNT];
+        for r in pass.residuals.iter().filter(moved) {
+            let (count, square) = &mut sums[r.channel as usize];
+            (*count, *square) = (*count + 1, *square + r.normalised().powi(2));
+        }
+        for (swing, (count, square)) in setup.swing.iter_mut().zip(sums).filter(|(_, (count, _))| *count >= FEWEST) {
+            *swing = (*swing * (square / count as f64).sqrt()).max(1.0);
+        }
+    }
+    Some(setup.swing)
+}
+
+/// What was estimated before, beside other effects, is no beginning: a search from its white part does not come far.
+fn begin_as_declared(log_data: &mut PreparedLog, kept: &[ResidualChannel]) {
+    (log_data.own_scale, log_data.setup.colours) = (log_data.declared_scale, Vec::new());
+    (log_data.setup.noise, log_data.setup.surface) = log_data.declared_noise;
+    log_data.setup.swing = [1.0; ResidualChannel::COUNT];
+    for channel in ResidualChannel::ALL.into_iter().filter(|channel| !kept.contains(channel)) {
+        log_data.setup.scale[channel as usize] = log_data.declared_scale[channel as usize];
+    }
+}
+
 /// The noise that lasts, beside what was found and terms in no catalogue, so that it does not take up what is none; that of
 /// ranges and fixes beside that of the vehicle's own sensors.
-fn estimate(log_data: &PreparedLog, beside: &[Instance], is_swell: bool) -> Option<Vec<Noise>> {
-    let kept: &[ResidualChannel] = if is_swell { &MOVED_BY_WAVES } else { &[] };
-    let left = structure::find(log_data, beside, is_swell)?;
+fn estimate(log_data: &PreparedLog, beside: &[Instance], kept: &[ResidualChannel]) -> Option<Vec<Noise>> {
+    let left = structure::find(log_data, beside, !kept.is_empty())?;
     let mut found: Vec<Noise> = Vec::new();
     for sensors in &SENSORS {
         let mut first = log_data.first(sensors.longest_s)?;
@@ -76,3 +107,26 @@ pub fn has_waves(noise_effects: &[FoundEffect]) -> bool {
 /// Channels that swing in waves.
 const MOVED_BY_WAVES: [ResidualChannel; 4] =
     [ResidualChannel::DvlU, ResidualChannel::DvlV, ResidualChannel::DvlW, ResidualChannel::Depth];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use backseat_logs::VehicleFile;
+    use hil_sim::dataset::{self, Spec};
+    use hil_sim::noise::NoiseKind;
+
+    /// What was found before is no part of what is found.
+    #[test]
+    fn noise_that_is_estimated_again_is_the_same() {
+        let mut spec = Spec::new(VehicleFile::reference());
+        (spec.noise, spec.duration_s) = (NoiseKind::Mixed, 900.0);
+        let log = dataset::simulate(&spec, 116).log;
+        let mut log_data = PreparedLog::new(&log, &VehicleFile::reference(), true).unwrap();
+        let [first, second] = [(); 2].map(|()| {
+            assert_eq!(take(&mut log_data, &[], false), Some(true));
+            let setup = &log_data.setup;
+            (setup.scale, setup.colours.clone(), setup.noise, setup.surface)
+        });
+        assert_eq!(first, second);
+    }
+}

@@ -39,8 +39,8 @@ pub struct PreparedLog {
     pub split: Split,
     /// Scale of each channel's noise before noise that lasts was looked for.
     pub declared_scale: [f64; ResidualChannel::COUNT],
-    /// Noise of the motion, as the vehicle file has it.
-    pub declared_noise: ProcessNoise,
+    /// Noise of the motion, as the vehicle file has it; and at the surface.
+    pub declared_noise: (ProcessNoise, SurfaceNoise),
     /// Effects beside which noise that lasts was estimated last.
     pub noise_beside: Vec<&'static str>,
     /// Whether noise that lasts was looked for.
@@ -88,6 +88,7 @@ impl PreparedLog {
             sensors: vehicle.sensors,
             installation: vehicle.installation,
             scale: [1.0; ResidualChannel::COUNT],
+            swing: [1.0; ResidualChannel::COUNT],
             colours: Vec::new(),
             outliers: Vec::new(),
             block_s: BLOCK_S.max(samples.duration_s / MOST_BLOCKS),
@@ -120,7 +121,7 @@ impl PreparedLog {
             duration_s: samples.duration_s,
             declared: set,
         };
-        let own_scale = setup.scale;
+        let (own_scale, declared_noise) = (setup.scale, (setup.noise, setup.surface));
         Some(Self {
             own_scale,
             setup,
@@ -130,7 +131,7 @@ impl PreparedLog {
             declared,
             split,
             declared_scale: own_scale,
-            declared_noise: vehicle.noise,
+            declared_noise,
             noise_beside: Vec::new(),
             is_noise_estimated: false,
             event_times_s: Vec::new(),

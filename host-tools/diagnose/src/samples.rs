@@ -344,7 +344,7 @@ const LASTING_S: f64 = 20.0;
 /// a fifth; how much it is two or three surfaced runs do not tell, and the middle is what is to be expected.
 const LASTING_SHARE: f64 = 0.5 * MOST_COLOURED;
 
-/// How many fixes about `t_s` are worth one independent fix: the design effect of a cluster of n, 1 + (n - 1) ρ (Kish
+/// Until their noise is estimated: how many fixes about `t_s` are worth one independent fix. The design effect of a cluster of n, 1 + (n - 1) ρ (Kish
 /// 1965), where ρ is the share of the variance that they have in common. The scatter of blocks finds the colour of
 /// other sensors; fixes stand in the few blocks of a surfaced run or two, which have no scatter.
 fn design_effect(fixes_s: &[f64], t_s: f64) -> f64 {

@@ -82,6 +82,11 @@ impl ColourStates {
         self.places[channel as usize].iter().filter(is_own).map(|(j, _)| *j)
     }
 
+    /// Whether some noise of a channel lasts.
+    pub(super) fn has(&self, channel: ResidualChannel) -> bool {
+        !self.places[channel as usize].is_empty()
+    }
+
     /// What the noise states add to the prediction of a scalar.
     pub(super) fn reading(&self, of: (ResidualChannel, Option<u32>)) -> f64 {
         self.of(of).map(|j| self.value[j]).sum()

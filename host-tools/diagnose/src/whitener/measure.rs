@@ -102,7 +102,10 @@ impl Filter<'_> {
             }
             Reading::Gnss { position_m, alike } => {
                 let mut prediction = direct(SensorChannel::Gnss, ResidualChannel::GnssX, X, position_m, sensors.gnss_m);
-                prediction.alike = *alike;
+                // What they share is known where their noise is.
+                if !self.colours.has(ResidualChannel::GnssX) {
+                    prediction.alike = *alike;
+                }
                 self.update(&prediction, true, residuals, rows);
             }
             Reading::Dvl(velocity) => {
@@ -280,7 +283,8 @@ impl Filter<'_> {
         let is_moved_by_waves = swings || !untold.is_empty();
         for axis in 0..prediction.count {
             let channel = ResidualChannel::ALL[prediction.first as usize + axis];
-            let scale = self.setup.scale[channel as usize];
+            let swing = if is_moved_by_waves { self.setup.swing[channel as usize] } else { 1.0 };
+            let scale = swing * self.setup.scale[channel as usize];
             let h: [f64; 12] = std::array::from_fn(|i| jacobian[(axis, i)]);
             let mut moved = self.x - x0;
             moved[PSI] = wrap_angle(moved[PSI]);

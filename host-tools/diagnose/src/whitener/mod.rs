@@ -53,6 +53,8 @@ pub struct Setup {
     pub installation: Installation,
     /// Factor of each channel's noise on the declared one.
     pub scale: [f64; ResidualChannel::COUNT],
+    /// Factor on that of the readings that waves move.
+    pub swing: [f64; ResidualChannel::COUNT],
     /// Noise that lasts, beside the white noise.
     pub colours: Vec<Colour>,
     /// Acoustic readings (by their place among all) whose range is passed over.
