@@ -210,7 +210,8 @@ fn once(log_data: &mut PreparedLog, mut progress: impl FnMut(&str)) -> Option<(D
     let structure_remains = !left.hints.is_empty() && left.gain > tolerated(explained);
     let whitenesses = whiteness(log_data, &joint.pass, DataPart::Judge);
     let errs_on_held_out = noise_effects.is_empty() && errs_in_a_channel(&whitenesses, structure::FAMILY_ERROR);
-    let exceeds_noise = exceeds_noise(log_data, &joint.pass) || errs_on_held_out;
+    let jumps = lasting_noise::jumps_left(&joint.pass, &accepted);
+    let exceeds_noise = exceeds_noise(log_data, &joint.pass) || errs_on_held_out || !jumps.is_empty();
     let impossible = rounds.last().map_or_else(Vec::new, |last| judged::impossible(log_data, &joint, last));
     let conditions = Conditions {
         // What the data that judge do not bear out, and do not miss, is not there.
@@ -247,6 +248,7 @@ fn once(log_data: &mut PreparedLog, mut progress: impl FnMut(&str)) -> Option<(D
         .chain(unfounded)
         .chain(impossible)
         .chain(refuted_terms)
+        .chain(jumps)
         .chain(scale_notes(log_data))
         .chain(whitenesses.iter().filter_map(Whiteness::colour_note))
         .collect();

@@ -96,6 +96,33 @@ fn jumps(pass: &Pass) -> Vec<f64> {
     SLIPPING.iter().flat_map(of).collect()
 }
 
+/// Jumps of a sensor that may slip which no effect accounts for, each in a sentence: readings one behind the other that no
+/// noise makes, and that are off to the same side.
+pub fn jumps_left(pass: &Pass, accepted: &[Instance]) -> Vec<String> {
+    const SIGMAS: f64 = 8.0;
+    const SETTLING_S: f64 = 30.0;
+    let edges = accepted.iter().filter_map(|instance| instance.candidate.span);
+    let edges_s: Vec<f64> = edges.flat_map(|span| [Some(span.onset_s), span.end_s]).flatten().collect();
+    let of = |channel: &ResidualChannel| {
+        let own: Vec<&Residual> =
+            pass.residuals.iter().filter(|r| r.channel == *channel && r.used && !r.is_moved_by_waves).collect();
+        let is_jump = |pair: &&[&Residual]| {
+            let off = [pair[0].normalised(), pair[1].normalised()];
+            off.iter().all(|e| e.abs() > SIGMAS)
+                && off[0] * off[1] > 0.0
+                && edges_s.iter().all(|edge_s| (pair[0].t_s - edge_s).abs() > SETTLING_S)
+        };
+        own.windows(2).find(is_jump).map(|pair| {
+            let (name, unit, minute) = (channel.name(), channel.unit(), pair[0].t_s / 60.0);
+            let (size, sigmas) = (pair[0].innovation, pair[0].normalised());
+            format!(
+                "{name} jumps by {size:.3} {unit} ({sigmas:.0} sigmas) in minute {minute:.1}: no effect accounts for it"
+            )
+        })
+    };
+    SLIPPING.iter().filter_map(of).collect()
+}
+
 /// Channels of sensors that may slip in their mount.
 const SLIPPING: [ResidualChannel; 4] =
     [ResidualChannel::Heading, ResidualChannel::Pitch, ResidualChannel::DvlU, ResidualChannel::DvlV];
@@ -111,9 +138,37 @@ const MOVED_BY_WAVES: [ResidualChannel; 4] =
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::candidates::{Candidate, Span};
     use backseat_logs::VehicleFile;
     use hil_sim::dataset::{self, Spec};
     use hil_sim::noise::NoiseKind;
+
+    /// A heading that jumps is told; a lone reading that is off, one that waves move, and the onset of what is named are not.
+    #[test]
+    fn a_jump_that_no_effect_accounts_for_is_told() {
+        let pass = |innovations: [f64; 4], is_moved_by_waves| {
+            let residual = |(k, innovation): (usize, f64)| Residual {
+                t_s: 600.0 + 0.1 * k as f64,
+                channel: ResidualChannel::Heading,
+                innovation,
+                sigma: 0.002,
+                alike: 1.0,
+                used: true,
+                station: None,
+                is_moved_by_waves,
+            };
+            Pass { residuals: innovations.into_iter().enumerate().map(residual).collect(), ..Pass::default() }
+        };
+        let jump = [0.001, -0.03, -0.02, -0.004];
+        let told = jumps_left(&pass(jump, false), &[]);
+        assert_eq!(told, ["heading jumps by -0.030 rad (-15 sigmas) in minute 10.0: no effect accounts for it"]);
+        assert!(jumps_left(&pass([0.001, -0.03, 0.002, 0.03], false), &[]).is_empty());
+        assert!(jumps_left(&pass(jump, true), &[]).is_empty());
+        let span = Some(Span { onset_s: 590.0, end_s: None });
+        let named =
+            Instance { candidate: Candidate { effect: "heading_change", member: None, span }, sizes: vec![-0.026] };
+        assert!(jumps_left(&pass(jump, false), &[named]).is_empty());
+    }
 
     /// What was found before is no part of what is found.
     #[test]
