@@ -210,7 +210,7 @@ fn once(log_data: &mut PreparedLog, mut progress: impl FnMut(&str)) -> Option<(D
     let structure_remains = !left.hints.is_empty() && left.gain > tolerated(explained);
     let whitenesses = whiteness(log_data, &joint.pass, DataPart::Judge);
     let errs_on_held_out = noise_effects.is_empty() && errs_in_a_channel(&whitenesses, structure::FAMILY_ERROR);
-    let jumps = lasting_noise::jumps_left(&joint.pass, &accepted);
+    let jumps = lasting_noise::jumps_left(&joint.pass, &log_data.split);
     let exceeds_noise = exceeds_noise(log_data, &joint.pass) || errs_on_held_out || !jumps.is_empty();
     let impossible = rounds.last().map_or_else(Vec::new, |last| judged::impossible(log_data, &joint, last));
     let conditions = Conditions {

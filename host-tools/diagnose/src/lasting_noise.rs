@@ -5,6 +5,7 @@ use crate::coloured_noise::{self, Noise, SENSORS};
 use crate::found::FoundEffect;
 use crate::prepared_log::{DataPart, PreparedLog};
 use crate::samples::ResidualChannel;
+use crate::split::Split;
 use crate::structure;
 use crate::whitener::{self, Pass, Residual};
 
@@ -98,19 +99,14 @@ fn jumps(pass: &Pass) -> Vec<f64> {
 
 /// Jumps of a sensor that may slip which no effect accounts for, each in a sentence: readings one behind the other that no
 /// noise makes, and that are off to the same side.
-pub fn jumps_left(pass: &Pass, accepted: &[Instance]) -> Vec<String> {
+pub fn jumps_left(pass: &Pass, split: &Split) -> Vec<String> {
     const SIGMAS: f64 = 8.0;
-    const SETTLING_S: f64 = 30.0;
-    let edges = accepted.iter().filter_map(|instance| instance.candidate.span);
-    let edges_s: Vec<f64> = edges.flat_map(|span| [Some(span.onset_s), span.end_s]).flatten().collect();
     let of = |channel: &ResidualChannel| {
         let own: Vec<&Residual> =
             pass.residuals.iter().filter(|r| r.channel == *channel && r.used && !r.is_moved_by_waves).collect();
         let is_jump = |pair: &&[&Residual]| {
             let off = [pair[0].normalised(), pair[1].normalised()];
-            off.iter().all(|e| e.abs() > SIGMAS)
-                && off[0] * off[1] > 0.0
-                && edges_s.iter().all(|edge_s| (pair[0].t_s - edge_s).abs() > SETTLING_S)
+            off.iter().all(|e| e.abs() > SIGMAS) && off[0] * off[1] > 0.0 && !split.is_unjudged(pair[0].t_s)
         };
         own.windows(2).find(is_jump).map(|pair| {
             let (name, unit, minute) = (channel.name(), channel.unit(), pair[0].t_s / 60.0);
@@ -138,7 +134,6 @@ const MOVED_BY_WAVES: [ResidualChannel; 4] =
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::candidates::{Candidate, Span};
     use backseat_logs::VehicleFile;
     use hil_sim::dataset::{self, Spec};
     use hil_sim::noise::NoiseKind;
@@ -160,14 +155,13 @@ mod tests {
             Pass { residuals: innovations.into_iter().enumerate().map(residual).collect(), ..Pass::default() }
         };
         let jump = [0.001, -0.03, -0.02, -0.004];
-        let told = jumps_left(&pass(jump, false), &[]);
+        let mut split = Split::of_one_run(1200.0, 20.0, 0.1);
+        let told = jumps_left(&pass(jump, false), &split);
         assert_eq!(told, ["heading jumps by -0.030 rad (-15 sigmas) in minute 10.0: no effect accounts for it"]);
-        assert!(jumps_left(&pass([0.001, -0.03, 0.002, 0.03], false), &[]).is_empty());
-        assert!(jumps_left(&pass(jump, true), &[]).is_empty());
-        let span = Some(Span { onset_s: 590.0, end_s: None });
-        let named =
-            Instance { candidate: Candidate { effect: "heading_change", member: None, span }, sizes: vec![-0.026] };
-        assert!(jumps_left(&pass(jump, false), &[named]).is_empty());
+        assert!(jumps_left(&pass([0.001, -0.03, 0.002, 0.03], false), &split).is_empty());
+        assert!(jumps_left(&pass(jump, true), &split).is_empty());
+        split.except(vec![[570.0, 590.0]]);
+        assert!(jumps_left(&pass(jump, false), &split).is_empty());
     }
 
     /// What was found before is no part of what is found.

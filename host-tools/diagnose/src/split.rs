@@ -66,8 +66,7 @@ impl Split {
         let place = ((middle_s - from_s).max(0.0) / self.block_s) as usize % CYCLE.iter().sum::<usize>();
         let is_train = !is_forecast && place < CYCLE[0];
         let is_judge = is_forecast || place >= CYCLE[0] + CYCLE[1];
-        let within = |[from_s, to_s]: &[f64; 2]| (from_s - self.block_s..=to_s + self.block_s).contains(&middle_s);
-        let is_open = !self.unjudged.iter().any(within);
+        let is_open = !self.is_unjudged(middle_s);
         match part {
             DataPart::Train => is_train,
             DataPart::Choose => !is_train && !is_judge,
@@ -75,6 +74,13 @@ impl Split {
             DataPart::Judge => is_judge && is_open,
             DataPart::Forecast => is_forecast && is_open,
         }
+    }
+
+    /// Whether an event that is named begins or ends about here, as far as the log says.
+    #[must_use]
+    pub fn is_unjudged(&self, t_s: f64) -> bool {
+        let about = |[from_s, to_s]: &[f64; 2]| (from_s - self.block_s..=to_s + self.block_s).contains(&t_s);
+        self.unjudged.iter().any(about)
     }
 
     /// Whether a time belongs to a part.
