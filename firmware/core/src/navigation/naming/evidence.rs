@@ -109,16 +109,20 @@ impl Factor {
         self.rows >= COLUMNS
     }
 
-    /// Of the columns alone.
-    pub(super) fn compute(&mut self, total: &Sums) {
+    /// Of the columns alone. `left_out`: sums at the start and the end of a time that is to be left out.
+    pub(super) fn compute(&mut self, total: &Sums, left_out: Option<(&Sums, &Sums)>) {
         self.rows = 0;
         for (i, sigma) in DECLARED_SIGMA.iter().enumerate() {
             let mut row = [0.0; ROWS];
-            for (own, sum) in row.iter_mut().zip(total.information.row(i)) {
-                *own = *sum;
+            row.iter_mut().zip(total.information.row(i)).for_each(|(own, sum)| *own = *sum);
+            let mut score = total.score.get(i).copied().unwrap_or(0.0);
+            if let Some((start, end)) = left_out {
+                let within = end.information.row(i).iter().zip(start.information.row(i));
+                row.iter_mut().zip(within).for_each(|(own, (end, start))| *own -= end - start);
+                let of = |sums: &Sums| sums.score.get(i).copied().unwrap_or(0.0);
+                score -= of(end) - of(start);
             }
-            let score = total.score.get(i).copied().unwrap_or(0.0);
-            let diagonal = total.information.at(i, i) + 1.0 / (sigma * sigma);
+            let diagonal = row.get(i).copied().unwrap_or(0.0) + 1.0 / (sigma * sigma);
             self.append(row, diagonal, score);
         }
     }

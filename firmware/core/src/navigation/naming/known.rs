@@ -34,7 +34,7 @@ impl Naming {
         let change = parts.iter().zip(size).filter_map(|(part, size)| part.map(|part| (part.direction, size)));
         let (total, onset) = onset.without_noise(&onsets.last()?.sums, change);
         let mut factor = Factor::NONE;
-        factor.compute(&total);
+        factor.compute(&total, None);
         let beside: [_; REMEMBERED.len()] = core::array::from_fn(|m| Number::State(m, &onset));
         for (m, number) in beside.iter().enumerate() {
             factor.take(&total, number, beside.get(..m).unwrap_or_default());

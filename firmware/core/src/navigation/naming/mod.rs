@@ -7,6 +7,7 @@ mod coarse;
 mod columns;
 mod evidence;
 mod known;
+mod motion;
 mod onset;
 mod scatter;
 mod sensitivities;

@@ -8,8 +8,10 @@
 //! so that its normalised innovation e is white noise plus a θ.
 
 use super::columns::{COLUMNS, CURRENT, Shifts, accelerations};
+use super::motion::Motion;
 use super::onset::{Onset, REMEMBERED, STATES};
 use super::sums::Sums;
+use super::watch::BLOCK_US;
 use crate::dynamics::ActuatorInput;
 use crate::navigation::algebra::discretisation::DRIVING;
 use crate::navigation::algebra::observer::{LinearStep, Observer, ScalarUpdate, Transition};
@@ -34,6 +36,7 @@ pub struct Sensitivities {
     /// ∂v̇/∂θ of the forces.
     forces: [[f64; 6]; CURRENT],
     shifts: Shifts,
+    motion: Motion,
     /// Scalar of the measurement under way.
     axis: u8,
     /// Innovations count.
@@ -50,6 +53,7 @@ impl Sensitivities {
             by_column: [[0.0; STATES]; COLUMNS],
             forces: [[0.0; 6]; CURRENT],
             shifts: Shifts::NONE,
+            motion: Motion::NONE,
             axis: 0,
             counts: false,
             sums: Sums::NONE,
@@ -61,6 +65,7 @@ impl Sensitivities {
     pub(super) fn restart(&mut self) {
         self.by_column = [[0.0; STATES]; COLUMNS];
         self.sums = Sums::NONE;
+        self.motion = Motion::NONE;
         self.kept = 0;
     }
 
@@ -87,9 +92,20 @@ impl Sensitivities {
         }
     }
 
-    /// Forgets one of them.
-    pub(super) fn forget_onset(&mut self, at: usize) {
-        for i in at..self.kept.saturating_sub(1) {
+    /// Forgets the onset that is missed least: its neighbours are the closest, measured by its age. `is_needed` is told the
+    /// one before it, and itself.
+    pub(super) fn thin(&mut self, now_us: u64, is_needed: impl Fn(&Onset, &Onset) -> bool) {
+        let mut least = (f64::INFINITY, 0);
+        for (i, [before, own, after]) in self.onsets().array_windows().enumerate() {
+            if !is_needed(before, own) {
+                let age_us = now_us.saturating_sub(own.time_us).saturating_add(BLOCK_US);
+                let gap = after.time_us.saturating_sub(before.time_us) as f64 / age_us as f64;
+                if gap < least.0 {
+                    least = (gap, i + 1);
+                }
+            }
+        }
+        for i in least.1..self.kept.saturating_sub(1) {
             if let Some([own, next]) = self.onsets.get_mut(i..).and_then(|rest| rest.first_chunk_mut()) {
                 own.clone_from(next);
             }
@@ -107,7 +123,7 @@ impl Sensitivities {
     #[inline(never)]
     pub(super) fn will_predict(&mut self, filter: &Filter, x: &VehicleState, input: &ActuatorInput, hours: f64) {
         let Some(model) = filter.model() else { return };
-        let forces = accelerations(model, x, input, hours);
+        let forces = accelerations(model, &self.motion.of(x), input, hours);
         for (own, new) in self.forces.iter_mut().zip(&forces) {
             *own = (*new).into();
         }
@@ -118,11 +134,13 @@ impl Sensitivities {
         self.shifts = Shifts::new(measurement, filter.state(), hours);
         self.axis = 0;
         self.counts = counts;
+        self.motion.will_fuse(measurement.sensor());
     }
 
     #[inline(never)]
     fn step(&mut self, transition: &Transition<'_>) {
         let half_s = 0.5 * transition.step_s;
+        self.motion.step(transition.step_s);
         let Self { by_column, forces, onsets, kept, .. } = self;
         for (k, column) in by_column.iter_mut().enumerate() {
             // half of the step's acceleration at its start, half at its end
@@ -147,7 +165,8 @@ impl Sensitivities {
 impl Sensitivities {
     #[inline(never)]
     fn update(&mut self, update: &ScalarUpdate<'_>) {
-        let Self { by_column, shifts, axis, onsets, kept, sums, counts, .. } = self;
+        let Self { by_column, shifts, motion, axis, onsets, kept, sums, counts, .. } = self;
+        motion.take(*axis, update);
         let mut slopes = by_column.each_ref().map(|column| update.row.dot(column));
         for (column, shift) in shifts.of(*axis) {
             if let Some(slope) = slopes.get_mut(column) {

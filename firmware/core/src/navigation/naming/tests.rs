@@ -21,6 +21,9 @@ use std::boxed::Box;
 /// Of the truth.
 const STEP_US: u64 = 10_000;
 
+/// No column: a fin that stands at an angle.
+const FIN_STANDS: usize = COLUMNS;
+
 struct World {
     model: VehicleModel,
     x: VehicleState,
@@ -55,6 +58,7 @@ impl World {
             match self.column {
                 column @ FIN_ANGLE..FIN_COMMAND => input.fins_rad[column - FIN_ANGLE] += self.size,
                 column @ FIN_COMMAND..THRUST => input.fins_rad[column - FIN_COMMAND] *= 1.0 - self.size,
+                column @ FIN_STANDS.. => input.fins_rad[column - FIN_STANDS] = self.size,
                 _ => {}
             }
         }
@@ -214,10 +218,10 @@ fn wrong_share(column: usize, size: f64) -> f64 {
     onset.score(&watch.sums, &direction) / (squares * size) - 1.0
 }
 
-/// What is stated after half an hour with a change at ten minutes.
-fn stated(column: usize, size: f64) -> Statement {
+/// What is stated after half an hour with a change at about ten minutes.
+fn stated(column: usize, size: f64, onset_s: f64) -> Statement {
     let mut naming = Box::new(Naming::new());
-    fly((column, size), 600.0, 30, Some(Random(7)), &mut *naming);
+    fly((column, size), onset_s, 30, Some(Random(7)), &mut *naming);
     naming.statement().expect("blocks were closed")
 }
 
@@ -235,7 +239,7 @@ fn val_what_changed_is_named_with_its_size() {
     ];
     let mut wrong = std::vec::Vec::new();
     for (column, size, cause) in cases {
-        let statement = stated(column, size);
+        let statement = stated(column, size, 600.0);
         let [Some(named), None] = statement.named else {
             wrong.push(std::format!("{cause:?}: {statement:?}"));
             continue;
@@ -247,6 +251,16 @@ fn val_what_changed_is_named_with_its_size() {
         }
     }
     assert!(wrong.is_empty(), "{wrong:#?}");
+}
+
+/// Blocks end at 600.1 and 620.1 s.
+#[test]
+fn val_a_size_does_not_depend_on_when_within_a_block_it_began() {
+    for onset_s in [600.0, 604.0, 612.0, 617.0] {
+        let Some(named) = stated(FIN_STANDS + 2, 0.03, onset_s).named[0] else { panic!("{onset_s} s: nothing") };
+        assert_eq!(named.cause, Cause::FinStuck(2), "{onset_s} s");
+        assert!((named.size[0] / 0.03 - 1.0).abs() < 0.1, "{onset_s} s: {:?}", named.size);
+    }
 }
 
 /// Uses what is named first, its size times a factor.
@@ -312,7 +326,7 @@ fn val_who_is_told_the_cause_tells_a_lost_fin_from_others_but_thrust_not_from_dr
 
 #[test]
 fn val_drag_and_thrust_at_one_speed_are_each_others_rival() {
-    let statement = stated(THRUST, 0.2);
+    let statement = stated(THRUST, 0.2, 600.0);
     let [Some(named), None] = statement.named else { panic!("{statement:?}") };
     let both = [Some(named.cause), named.rival];
     assert!(both.contains(&Some(Cause::ThrustLost)) && both.contains(&Some(Cause::DragGrown)), "{statement:?}");
