@@ -12,16 +12,23 @@ use backseat_logs::stats::rms;
 /// Blocks that judge, below which nothing is said.
 pub const FEWEST_JUDGED: usize = 3;
 
+/// A log of which more than this share of the largest position error is left is not explained. Of clean logs of two
+/// simulators that share nothing with ours none leaves more than 0.27.
+const ORDINARY_SHARE: f64 = 0.5;
+
 /// Puts the floor under the verdict on a log of the vehicle's dynamics; `scores` are those of the model that is proposed,
 /// effects and terms included.
 #[must_use]
-pub fn under(diagnosis: Diagnosis, log_data: &PreparedLog, scores: &Scores) -> Diagnosis {
+pub fn under(mut diagnosis: Diagnosis, log_data: &PreparedLog, scores: &Scores) -> Diagnosis {
     let pass = diagnosis.with_terms.as_ref().unwrap_or(&diagnosis.after);
     let judged = |(index, block): (usize, &crate::normal_equations::NormalEquations)| {
         log_data.is_in(DataPart::Judge, index) && block.count > 0
     };
     let blocks = pass.normal.blocks.iter().enumerate().filter(|block| judged(*block)).count();
-    let remaining = position(log_data, pass, scores).into_iter().chain(channels(log_data, pass)).collect();
+    let position = position(log_data, pass, scores);
+    diagnosis.conditions.much_is_left =
+        position.as_ref().is_some_and(|position| position.left > ORDINARY_SHARE * position.most);
+    let remaining = position.into_iter().chain(channels(log_data, pass)).collect();
     diagnosis.held_to(remaining, blocks < FEWEST_JUDGED)
 }
 

@@ -44,6 +44,8 @@ impl Verdict {
 pub struct Conditions {
     /// What is left on data that judges, effects and proposed terms included, is more than the sensors can make.
     pub is_implausible: bool,
+    /// The position error that is left is more than half of the largest that the sensors can make.
+    pub much_is_left: bool,
     /// Too little data judges, or a share of variance above one is unexplained.
     pub is_undecided: bool,
     /// An effect is significant where it was fitted, and the data that judge do not bear it out.
@@ -78,7 +80,7 @@ pub struct VerdictRule {
 }
 
 /// The table; its last row always holds.
-pub const RULES: [VerdictRule; 11] = [
+pub const RULES: [VerdictRule; 12] = [
     rule("what is left is more than the sensors can make", |c| c.is_implausible, Verdict::Implausible),
     rule("significant terms outside the catalogue remain", |c| c.structure_remains, Verdict::Unexplained),
     rule(
@@ -87,6 +89,11 @@ pub const RULES: [VerdictRule; 11] = [
         Verdict::Unexplained,
     ),
     rule("the residual is larger than the declared noise", |c| c.exceeds_noise, Verdict::Unexplained),
+    rule(
+        "the position error that is left is more than half of the most that the sensors make",
+        |c| c.much_is_left,
+        Verdict::Unexplained,
+    ),
     rule(
         "generic terms explain the residual better than the effects found",
         |c| c.has_effects && c.generic_terms_fit_better,
@@ -134,6 +141,7 @@ mod tests {
             Conditions { structure_remains: true, ..nothing },
             Conditions { is_impossible: true, ..nothing },
             Conditions { exceeds_noise: true, ..nothing },
+            Conditions { much_is_left: true, ..nothing },
             Conditions { generic_terms_fit_better: true, has_effects: true, ..nothing },
             Conditions { is_coloured: true, ..nothing },
             Conditions { is_undecided: true, ..nothing },
@@ -155,6 +163,7 @@ mod tests {
     fn a_row_above_outranks_every_row_below() {
         let both = |a: &Conditions, b: &Conditions| Conditions {
             is_implausible: a.is_implausible || b.is_implausible,
+            much_is_left: a.much_is_left || b.much_is_left,
             is_undecided: a.is_undecided || b.is_undecided,
             is_refuted: a.is_refuted || b.is_refuted,
             is_impossible: a.is_impossible || b.is_impossible,
@@ -178,7 +187,7 @@ mod tests {
 
     #[test]
     fn nothing_good_is_said_of_coloured_innovations_or_beyond_the_floor() {
-        for bits in 0..1024_u16 {
+        for bits in 0..2048_u16 {
             let bit = |place: u16| bits & (1 << place) != 0;
             let conditions = Conditions {
                 structure_remains: bit(0),
@@ -191,13 +200,15 @@ mod tests {
                 is_undecided: bit(7),
                 is_refuted: bit(8),
                 is_impossible: bit(9),
+                much_is_left: bit(10),
             };
             let verdict = decide(&conditions).verdict;
             let is_left = conditions.is_coloured || conditions.is_impossible;
             assert!(verdict != Verdict::None || !(is_left || conditions.has_effects), "{conditions:?}");
             let is_good = matches!(verdict, Verdict::None | Verdict::Explained | Verdict::Ambiguous);
-            let is_doubtful = conditions.is_implausible || conditions.is_undecided || conditions.is_refuted;
-            assert!(!(is_good && is_doubtful), "{conditions:?}");
+            let is_doubtful = conditions.is_undecided || conditions.is_refuted;
+            let too_much_is_left = conditions.is_implausible || conditions.much_is_left;
+            assert!(!(is_good && (is_doubtful || too_much_is_left)), "{conditions:?}");
         }
     }
 }
