@@ -96,7 +96,9 @@ impl Step {
                 row: update.row().collect(),
                 gain: update.gain.to_vec(),
                 innovation: update.innovation,
-                variance: update.variance,
+                // P − P Λ P holds for K = P hᵀ / S. Where states are only considered, the update is taken as a step of the
+                // error, C e less K times the reading's noise, and what else the reading says of before is left
+                variance: if update.considers { f64::INFINITY } else { update.variance },
             },
             LinearStep::Append(states) => {
                 Self::Append(states.at, (0..states.count()).map(|i| states.row(i).collect()).collect())

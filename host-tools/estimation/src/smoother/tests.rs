@@ -85,6 +85,48 @@ fn check(filtered: &Filtered, adjoint: &Adjoint) {
     assert!(least > -1.0e-12, "{t_s} s: P - P Lambda P exceeds P: eigenvalue {least:e}");
 }
 
+/// Half an hour that ends at the surface, where depth and attitude leave place, speed and water as they are, and with
+/// fixes.
+fn surfacing() -> Recording {
+    let robust = FilterOptions::robust(&VehicleFile::reference()).navigation;
+    let mut recording = Recording::new(navigator(&robust));
+    recording.keep();
+    let input = ActuatorInput { propeller_radps: 106.0, fins_rad: [0.0; 4] };
+    for second in 1..=1800_u64 {
+        recording.predict(second * 1_000_000, &input).unwrap();
+        let (k, x) = (second as f64, *recording.state());
+        let depth_m = (3.0 - 0.02 * (k - 900.0)).clamp(0.1, 3.0);
+        recording.fuse(&Measurement::Depth { z_m: depth_m + 0.06 * (1.3 * k).sin() });
+        let error_rad = 0.02 * (0.9 * k).sin();
+        recording.fuse(&Measurement::Attitude { euler_rad: [error_rad, -error_rad, 0.4 + error_rad] });
+        if second > 1500 {
+            recording.fuse(&Measurement::VehicleGnss { position_m: [x[X] + 0.5 * (0.7 * k).sin(), x[Y]] });
+        }
+        recording.sample();
+    }
+    recording
+}
+
+/// Checks every sample of every filter.
+fn check_all(recording: &Recording) {
+    for k in 0..recording.members().len() {
+        let mut adjoint = Adjoint::new();
+        for stretch in (0..recording.stretches()).rev() {
+            for step in recording.repeat(stretch)[k].iter().flat_map(|stretch| stretch.steps.0.iter().rev()) {
+                adjoint.back(std::slice::from_ref(step));
+                if let Step::Sample(filtered) = step {
+                    check(filtered, &adjoint);
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn a_smoothed_covariance_is_positive_where_sensors_are_not_heeded_by_all_states() {
+    check_all(&surfacing());
+}
+
 #[test]
 fn a_smoothed_covariance_is_positive_and_no_greater_than_the_filtered_one() {
     for right_s in [300, END_S] {

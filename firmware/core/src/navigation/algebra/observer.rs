@@ -56,6 +56,8 @@ pub struct Transition<'a> {
     pub(crate) live: usize,
     pub(crate) current: Option<usize>,
     pub(crate) current_rate: Option<usize>,
+    /// What the rates take of the current.
+    pub(crate) turn: f64,
     pub(crate) ship: Option<usize>,
     pub(crate) step_s: f64,
 }
@@ -108,7 +110,9 @@ impl Transition<'_> {
     pub fn others(&self) -> impl Iterator<Item = (usize, usize, f64)> + '_ {
         let ship = self.ship.map(|at| [0, 1, 2].map(|i| (at + i, at + SHIP_VELOCITY + i, self.step_s)));
         let current = self.current.zip(self.current_rate);
-        let current = current.map(|(at, rate)| [0, 1].map(|i| (at + i, rate + i, self.step_s)));
+        let entries =
+            |i: usize, (at, rate): (usize, usize)| [(at + i, rate + i, self.step_s), (rate + i, at + i, self.turn)];
+        let current = current.map(|both| [entries(0, both), entries(1, both)].into_iter().flatten());
         ship.into_iter().flatten().chain(current.into_iter().flatten())
     }
 }
@@ -122,6 +126,8 @@ pub struct ScalarUpdate<'a> {
     pub innovation: f64,
     /// S.
     pub variance: f64,
+    /// Some states are only considered (S. F. Schmidt 1966): K is zero for them, where P hᵀ / S is not.
+    pub considers: bool,
 }
 
 impl ScalarUpdate<'_> {

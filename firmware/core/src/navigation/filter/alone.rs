@@ -20,6 +20,11 @@ const TIDE_OMEGA2: f64 = {
     omega * omega
 };
 
+/// What the rate of the current takes of the current within a step.
+pub(super) fn turn_of_tide(step_s: f64) -> f64 {
+    -TIDE_OMEGA2 * step_s
+}
+
 impl Filter {
     /// Takes down that a sensor was used.
     pub(super) fn hear(&mut self, sensor: Sensor) {
@@ -73,11 +78,17 @@ impl Filter {
         }
     }
 
+    /// The last update left states as they were that are only considered: the place is always among them.
+    pub(super) fn considers(&self) -> bool {
+        let of = |numbers: &[f64]| numbers.get(X).is_some_and(|number| *number != 0.0);
+        of(&self.w) && !of(&self.gain)
+    }
+
     /// The rates of the current over a step: the tide turns, r' = -ω² c. While somebody is heard they only walk.
     #[cold]
     #[inline(never)]
     pub(super) fn turn_tide(&mut self, current: usize, rate: usize, step_s: f64) {
-        let a = -TIDE_OMEGA2 * step_s;
+        let a = turn_of_tide(step_s);
         for (current, rate) in [(current, rate), (current + 1, rate + 1)] {
             self.x.add_tail(rate, a * self.x.get(current));
             let variance = a * (2.0 * self.p.get(rate, current) + a * self.p.get(current, current));

@@ -137,7 +137,8 @@ impl Filter {
             fusions.push(self.record(sensor, axis, innovation, variance, FusionOutcome::Fused));
             if let Some(Observation { row, .. }) = self.observations.as_slice().get(axis) {
                 let gain = self.gain.get(..self.dimension()).unwrap_or_default();
-                observer.observe(&LinearStep::Update(ScalarUpdate { row, gain, innovation, variance }));
+                let considers = self.considers();
+                observer.observe(&LinearStep::Update(ScalarUpdate { row, gain, innovation, variance, considers }));
             }
             for observation in self.observations.as_mut_slice().iter_mut().skip(axis + 1) {
                 observation.innovation -= observation.row.dot(&self.gain) * innovation;
@@ -235,7 +236,8 @@ impl Filter {
         for (axis, item) in self.observations.as_slice().iter().enumerate() {
             let variance = self.total_variance(item);
             let (row, innovation) = (&item.row, wrap_innovation(sensor, item.innovation));
-            observer.observe(&LinearStep::Refused(ScalarUpdate { row, gain: &[], innovation, variance }));
+            let refused = ScalarUpdate { row, gain: &[], innovation, variance, considers: false };
+            observer.observe(&LinearStep::Refused(refused));
             fusions.push(self.record(sensor, axis, item.innovation, variance, FusionOutcome::Gated));
         }
     }

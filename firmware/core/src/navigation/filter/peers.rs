@@ -52,7 +52,8 @@ impl Filter {
         {
             let (innovation, variance) = (*innovation, *variance);
             let gain = self.gain.get(..self.dimension()).unwrap_or_default();
-            observer.observe(&LinearStep::Update(ScalarUpdate { row: &observed.row, gain, innovation, variance }));
+            let (row, considers) = (&observed.row, false);
+            observer.observe(&LinearStep::Update(ScalarUpdate { row, gain, innovation, variance, considers }));
         }
     }
 

@@ -118,7 +118,7 @@ mod tests {
         for _ in 0..300 {
             motion.step(0.1);
             motion.will_fuse(sensor);
-            motion.take(axis, &ScalarUpdate { row: &row, gain: &gains, innovation, variance: 1.0 });
+            motion.take(axis, &ScalarUpdate { row: &row, gain: &gains, innovation, variance: 1.0, considers: false });
         }
         let mut x = VehicleState::zeros();
         x[U] = 1.5;
