@@ -14,6 +14,8 @@ use backseat_wire::hostlink::{Decision, DecisionReason, UsedFor};
 
 /// Least probability of a cause that is used.
 pub const SURE: f64 = 0.9;
+/// Its size is known well enough so long after it began, µs.
+const SETTLED_US: u64 = 180_000_000;
 /// A cause has to have predicted better for so long after the decision, µs: ten minutes.
 const TRIAL_US: u64 = 600_000_000;
 /// Its size is taken anew when it has changed by this share of itself.
@@ -77,7 +79,8 @@ impl Consequences {
         let time_us = statement.time_us;
         let can = |named: &&Named| {
             let refused = self.refused >> u32::from(named.cause.number()) & 1 != 0;
-            is_usable(named, permitted) && is_sure(named) && !statement.unexplained && !refused
+            let is_settled = time_us.saturating_sub(named.since_us) >= SETTLED_US;
+            is_usable(named, permitted) && is_sure(named) && is_settled && !statement.unexplained && !refused
         };
         let Some(used) = self.used.get().copied() else {
             let named = *statement.named.iter().flatten().find(can)?;

@@ -20,11 +20,6 @@ const TIDE_OMEGA2: f64 = {
     omega * omega
 };
 
-/// What the rate of the current takes of the current within a step.
-pub(super) fn turn_of_tide(step_s: f64) -> f64 {
-    -TIDE_OMEGA2 * step_s
-}
-
 impl Filter {
     /// Takes down that a sensor was used.
     pub(super) fn hear(&mut self, sensor: Sensor) {
@@ -84,11 +79,16 @@ impl Filter {
         of(&self.w) && !of(&self.gain)
     }
 
+    /// What the rate of the current takes of the current within a step.
+    pub(super) fn turn_of_tide(&self, step_s: f64) -> f64 {
+        if self.is_alone() { -TIDE_OMEGA2 * step_s } else { 0.0 }
+    }
+
     /// The rates of the current over a step: the tide turns, r' = -ω² c. While somebody is heard they only walk.
     #[cold]
     #[inline(never)]
     pub(super) fn turn_tide(&mut self, current: usize, rate: usize, step_s: f64) {
-        let a = turn_of_tide(step_s);
+        let a = self.turn_of_tide(step_s);
         for (current, rate) in [(current, rate), (current + 1, rate + 1)] {
             self.x.add_tail(rate, a * self.x.get(current));
             let variance = a * (2.0 * self.p.get(rate, current) + a * self.p.get(current, current));

@@ -1,6 +1,5 @@
 //! The filter itself: state and covariance, and access to them.
 
-use super::alone;
 use super::effects::Effects;
 use crate::dynamics::{FINS, VehicleModel};
 use crate::identification::theta::{BETA1, BETA5, D11, M11};
@@ -318,7 +317,7 @@ impl Filter {
             live: EFFECTS + self.config.effect_states.len(),
             current: self.x.layout.current(),
             current_rate: self.x.layout.current().and_then(|_| self.x.layout.current_rate()),
-            turn: if self.is_alone() { alone::turn_of_tide(step_s) } else { 0.0 },
+            turn: self.turn_of_tide(step_s),
             ship: self.x.layout.ship(),
             step_s,
         }

@@ -14,6 +14,8 @@ use super::sums::{Direction, Sums, along};
 use crate::navigation::algebra::layout::{CLONE_STATES, PEER_STATES, PEERS};
 use crate::state::{PSI, U, V, VEHICLE_STATES, X, Y, Z};
 
+/// Length of a block, µs of counted time.
+pub(super) const BLOCK_US: u64 = 20_000_000;
 /// The vehicle and two delayed states.
 pub(super) const STATES: usize = VEHICLE_STATES + PEERS * PEER_STATES + 2 * CLONE_STATES;
 /// States whose error at an onset the filter remembers: the others are measured within seconds.

@@ -9,9 +9,8 @@
 
 use super::columns::{COLUMNS, CURRENT, Shifts, accelerations};
 use super::motion::Motion;
-use super::onset::{Onset, REMEMBERED, STATES};
+use super::onset::{BLOCK_US, Onset, REMEMBERED, STATES};
 use super::sums::Sums;
-use super::watch::BLOCK_US;
 use crate::dynamics::ActuatorInput;
 use crate::navigation::algebra::discretisation::DRIVING;
 use crate::navigation::algebra::observer::{LinearStep, Observer, ScalarUpdate, Transition};

@@ -6,7 +6,7 @@ use super::candidate::Candidate;
 use super::causes::CAUSES;
 use super::columns::COLUMNS;
 use super::evidence::Factor;
-use super::onset::Onset;
+use super::onset::{BLOCK_US, Onset};
 use super::scatter::Scatter;
 use super::sensitivities::{ONSETS, Sensitivities};
 use super::separate::Pair;
@@ -18,8 +18,6 @@ use crate::navigation::filter::cekf::Filter;
 use crate::navigation::interface::measurement::{Measurement, Sensor};
 use crate::state::{VehicleState, Z};
 
-/// Length of a block, µs of counted time.
-pub(super) const BLOCK_US: u64 = 20_000_000;
 /// Innovations count this deep, m: nearer to the surface the model does not hold ...
 const DEEP_M: f64 = 2.0;
 /// ... and only once the vehicle has been there for so long, µs.
