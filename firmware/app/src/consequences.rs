@@ -233,6 +233,7 @@ mod tests {
         let mut own = Consequences::new();
         let unsure = Named { probability: 0.89, ..fin };
         assert!(own.judge(&told(10, Some(unsure)), None, NamingUse::All).is_none());
+        assert!(own.judge(&told(2, Some(fin)), None, NamingUse::All).is_none(), "its size is not known yet");
         let open = Statement { unexplained: true, ..told(10, Some(fin)) };
         assert!(own.judge(&open, None, NamingUse::All).is_none());
         assert!(

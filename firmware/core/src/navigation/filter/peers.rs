@@ -52,7 +52,7 @@ impl Filter {
         {
             let (innovation, variance) = (*innovation, *variance);
             let gain = self.gain.get(..self.dimension()).unwrap_or_default();
-            let (row, considers) = (&observed.row, false);
+            let (row, considers) = (&observed.row, self.considers());
             observer.observe(&LinearStep::Update(ScalarUpdate { row, gain, innovation, variance, considers }));
         }
     }
