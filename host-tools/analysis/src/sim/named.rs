@@ -78,7 +78,8 @@ pub fn table(flown: &Flown) -> Option<Table> {
             table = table.row(said(naming, &named::decided(&decision)));
         }
         if naming.unexplained {
-            table = table.row(said(naming, "none of these; nearest:"));
+            let words = if naming.named.is_empty() { "none of these" } else { "none of these; nearest:" };
+            table = table.row(said(naming, words));
         } else if naming.named.is_empty() {
             table = table.row(said(naming, "nothing any longer"));
         }

@@ -17,6 +17,7 @@ mod sums;
 mod taken;
 #[cfg(test)]
 mod tests;
+mod unlisted;
 mod used;
 mod watch;
 

@@ -11,11 +11,12 @@ use super::columns::{COLUMNS, CURRENT, Shifts, accelerations};
 use super::motion::Motion;
 use super::onset::{BLOCK_US, Onset, REMEMBERED, STATES};
 use super::sums::Sums;
+use super::unlisted::Unlisted;
 use crate::dynamics::ActuatorInput;
 use crate::navigation::algebra::discretisation::DRIVING;
 use crate::navigation::algebra::observer::{LinearStep, Observer, ScalarUpdate, Transition};
 use crate::navigation::filter::cekf::Filter;
-use crate::navigation::interface::measurement::Measurement;
+use crate::navigation::interface::measurement::{Measurement, Sensor};
 use crate::state::{PSI, U, VEHICLE_STATES, VehicleState, X, Y, Z};
 
 /// Onsets that are kept.
@@ -40,7 +41,10 @@ pub struct Sensitivities {
     axis: u8,
     /// Innovations count.
     counts: bool,
+    /// Time of the range under way, µs; 0: another measurement.
+    range_us: u64,
     pub(super) sums: Sums,
+    pub(super) ranges: Unlisted,
     onsets: [Onset; ONSETS],
     pub(super) kept: usize,
 }
@@ -55,7 +59,9 @@ impl Sensitivities {
             motion: Motion::NONE,
             axis: 0,
             counts: false,
+            range_us: 0,
             sums: Sums::NONE,
+            ranges: Unlisted::NONE,
             onsets: [const { Onset::NONE }; ONSETS],
             kept: 0,
         }
@@ -64,6 +70,7 @@ impl Sensitivities {
     pub(super) fn restart(&mut self) {
         self.by_column = [[0.0; STATES]; COLUMNS];
         self.sums = Sums::NONE;
+        self.ranges.restart();
         self.motion = Motion::NONE;
         self.kept = 0;
     }
@@ -133,6 +140,7 @@ impl Sensitivities {
         self.shifts = Shifts::new(measurement, filter.state(), hours);
         self.axis = 0;
         self.counts = counts;
+        self.range_us = if measurement.sensor() == Sensor::Range { filter.time_us() } else { 0 };
         self.motion.will_fuse(measurement.sensor());
     }
 
@@ -164,7 +172,7 @@ impl Sensitivities {
 impl Sensitivities {
     #[inline(never)]
     fn update(&mut self, update: &ScalarUpdate<'_>) {
-        let Self { by_column, shifts, motion, axis, onsets, kept, sums, counts, .. } = self;
+        let Self { by_column, shifts, motion, axis, onsets, kept, sums, ranges, counts, range_us, .. } = self;
         motion.take(*axis, update);
         let mut slopes = by_column.each_ref().map(|column| update.row.dot(column));
         for (column, shift) in shifts.of(*axis) {
@@ -183,6 +191,9 @@ impl Sensitivities {
         slopes.iter_mut().for_each(|slope| *slope *= weight);
         if weight > 0.0 {
             sums.take(&slopes, e);
+            if *range_us > 0 {
+                ranges.take(*range_us, e);
+            }
         }
         for onset in onsets.iter_mut().take(*kept).filter(|onset| onset.lasts) {
             let mut own = [0.0; REMEMBERED.len()];

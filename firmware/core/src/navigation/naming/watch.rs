@@ -64,6 +64,8 @@ pub struct Naming {
     left: f64,
     /// What the first of them explains, χ².
     explained: f64,
+    /// For how many blocks ranges have been wrong in a way of their own.
+    unlisted: u16,
     unexplained: bool,
     /// It has been weighed anew.
     is_new: bool,
@@ -100,6 +102,7 @@ impl Naming {
             stated: 0,
             left: 0.0,
             explained: 0.0,
+            unlisted: 0,
             unexplained: false,
             is_new: false,
             was_named: false,
@@ -121,7 +124,7 @@ impl Naming {
         self.factor.forget();
         self.stage = Stage::Idle;
         (self.unexplained, self.is_new, self.was_named) = (false, false, false);
-        (self.leading, self.streaks, self.left_over) = ([0; 2], [0; 2], 0);
+        (self.leading, self.streaks, self.left_over, self.unlisted) = ([0; 2], [0; 2], 0, 0);
         self.taken = [Taken::NONE; 2];
         self.used = Used::NONE;
         self.pair.forget();

@@ -25,8 +25,12 @@ const SECOND_SHARE: f64 = 0.3;
 const DWELL: u16 = 9;
 /// ... or forty seconds, where nothing else is as probable as a rival.
 const SURE_DWELL: u16 = 2;
-/// What no cause explains is stated after so many: five minutes.
+/// What no cause explains is stated after so many: five minutes ...
 const UNEXPLAINED_DWELL: u16 = 15;
+/// ... or twenty, where it lasts from range to range: what a cause does to them does so at first, and comes out later.
+const LASTING_DWELL: u16 = 60;
+/// An error of ranges in a way of their own begins so many times more rarely than a cause.
+const UNLISTED_RARER: f64 = 100.0;
 /// Evidence counts to this share of itself: the model is linear in the causes to some hundredths.
 const NOT_LINEAR_SHARE: f64 = 0.01;
 /// A rival is stated that is at least so probable.
@@ -94,7 +98,11 @@ impl Naming {
         }
         let (place, candidate) = best;
         let first = self.taken.first().filter(|_| number > 0).and_then(Taken::cause);
-        let least = libm::log(LEAST_ODDS / RATE_PER_H) + if number > 0 { SECOND_SHARE * self.explained } else { 0.0 };
+        let least = libm::log(LEAST_ODDS / RATE_PER_H);
+        let least = match number {
+            0 => least.max(self.weigh_unlisted(least)),
+            _ => least + SECOND_SHARE * self.explained,
+        };
         let cause = ALL.get(place).filter(|_| candidate.log_sum > least);
         let cause = cause.filter(|cause| cause.fin().is_none() || cause.fin() != first.and_then(Cause::fin));
         let later = cause.filter(|_| number == 0).and_then(|cause| self.weigh_later(*cause, candidate.time_us));
@@ -123,6 +131,20 @@ impl Naming {
         }
         self.take_as_there(number == 0);
         (self.place, self.left, self.stage) = (0, 0.0, Stage::Open);
+    }
+
+    /// Ranges that are wrong in a way of their own. Returns what a cause has to exceed to be the more probable.
+    fn weigh_unlisted(&mut self, least: f64) -> f64 {
+        let odds = self.sensitivities.ranges.odds();
+        let own = odds.against_declared - libm::log(UNLISTED_RARER);
+        let leads = self.candidates.iter().all(|candidate| candidate.log_sum < own);
+        self.unlisted = match (leads && odds.against_no_change > least, odds.is_scatter) {
+            (false, _) => 0,
+            // scatter is none of the causes: a quarter of the time
+            (true, true) => self.unlisted.saturating_add(LASTING_DWELL / UNEXPLAINED_DWELL),
+            (true, false) => self.unlisted.saturating_add(1),
+        };
+        own
     }
 
     /// Takes the causes as there; of a single one what it has done to the estimate within its first block is left open.
@@ -187,7 +209,7 @@ impl Naming {
         if number == 0 {
             self.left_over = 0;
         }
-        self.unexplained = self.left_over >= UNEXPLAINED_DWELL;
+        self.unexplained = self.left_over >= UNEXPLAINED_DWELL || self.unlisted >= LASTING_DWELL;
         self.stage = Stage::Idle;
         self.is_new = true;
     }
