@@ -51,7 +51,7 @@ impl Stretch {
             }
         }
         let active = board.active().map(|(place, _, _)| place).collect();
-        Some(Self { plant: VehicleModel::new(&parameters).ok()?, board: *board, active, water_mps })
+        Some(Self { plant: VehicleModel::with_effects(&parameters).ok()?, board: *board, active, water_mps })
     }
 
     /// The entries of the board's catalogue that are present, with their values.

@@ -60,14 +60,27 @@ impl VehicleModel {
     /// The first parameter that is not finite or outside its range.
     pub fn new(parameters: &VehicleParameters) -> Result<Self, ParameterError> {
         parameters.validate()?;
-        Ok(Self {
+        Ok(Self::of(parameters))
+    }
+
+    /// The same of a vehicle with effects, which may take more linear drag or advance away than was declared.
+    ///
+    /// # Errors
+    /// As of [`Self::new`].
+    pub fn with_effects(parameters: &VehicleParameters) -> Result<Self, ParameterError> {
+        parameters.validate_with_effects()?;
+        Ok(Self::of(parameters))
+    }
+
+    fn of(parameters: &VehicleParameters) -> Self {
+        Self {
             parameters: *parameters,
             inverse_mass: Vector6::from(parameters.m_diag.map(|m| 1.0 / m)),
             restoring: Restoring::new(parameters),
             propeller: Propeller::new(parameters),
             section: FinSection::new(parameters),
             fins: parameters.fins.each_ref().map(Fin::new),
-        })
+        }
     }
 
     /// Takes over plant parameters that differ in anything but the fins' places; unchecked.

@@ -61,6 +61,15 @@ const WORDS: [(&str, &str); 39] = [
     ("magnetic_declination", "the compass is off by {rad}"),
 ];
 
+/// What is said of a negative size instead: the vehicle is faster than it is declared.
+const FASTER: [(&str, &str); 5] = [
+    ("thrust_change", "the propeller gains thrust, or the hull drags by the square of speed, {k_n_s2_per_rad_m} less"),
+    ("linear_drag", "the hull drags {surge_ns_per_m} less in surge"),
+    ("drag_change", "the hull drags {surge_ns_per_m} less in surge"),
+    ("thrust_loss", "the propeller pushes more than declared, or the hull drags less by its square, {k_n_s2_per_rad_m}"),
+    ("thrust_decay", "the propeller gains thrust in time, {per_hour}"),
+];
+
 /// The diagnosis in one sentence.
 pub fn sentence(result: &DiagnosisResult<'_>) -> String {
     let d = &result.diagnosis;
@@ -112,6 +121,9 @@ fn phrase(found: &FoundEffect) -> String {
         _ => String::new(),
     };
     let effect = found.instance.candidate.effect;
+    let is_negative = found.values.iter().any(|value| value.kind == ParameterKind::Size && value.value < 0.0);
+    let faster = FASTER.iter().filter(|(name, _)| is_negative && *name == effect);
+    let is_faster = faster.clone().next().is_some();
     let texts: Vec<(&str, String)> = found
         .values
         .iter()
@@ -120,6 +132,7 @@ fn phrase(found: &FoundEffect) -> String {
             let text = match value.kind {
                 ParameterKind::Fin => fin_index(value.value).map_or("unknown", |fin| FIN_NAMES[fin]).to_owned(),
                 ParameterKind::Transponder => format!("{:.0}", value.value),
+                _ if is_faster => quantity(value.value.abs(), value.unit),
                 _ => quantity(value.value, value.unit),
             };
             (value.name, text)
@@ -138,7 +151,8 @@ fn phrase(found: &FoundEffect) -> String {
         texts.iter().fold((*words).to_owned(), fill)
     };
     // a log may show fewer of an entry's sizes than the board has
-    let mut told = WORDS.iter().filter(|(name, _)| *name == effect).map(|(_, words)| filled(words));
+    let words = WORDS.iter().filter(|(name, _)| *name == effect);
+    let mut told = faster.chain(words).map(|(_, words)| filled(words));
     match told.find(|text| !text.contains('{')) {
         Some(text) => when + &text,
         None => {

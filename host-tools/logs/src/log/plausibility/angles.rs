@@ -10,6 +10,8 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 /// A fast vehicle turns at 1 rad/s; a heading in degrees seems to turn faster.
 pub(super) const FASTEST_TURN_RADPS: f64 = 2.0;
+/// A turn, rad, as digits round it: 6.2832 is none in degrees.
+const ROUNDED_TURN: f64 = 1.001 * TAU;
 /// Longest time between samples of which one wraps, µs.
 const NEAR_US: u64 = 2_000_000;
 /// A step of a heading that is a wrap, in degrees or a smaller unit.
@@ -29,7 +31,7 @@ const STEEPEST_CLIMB_RAD: f64 = 0.6;
 /// turn; one in degrees starts beyond a turn or seems to spin, and by what it wraps is a turn in its unit.
 pub(super) fn heading_units(log: &Log) -> Vec<Mend> {
     let samples: Vec<(u64, f64)> = log.column(Column::Heading).collect();
-    if samples.iter().all(|(_, value)| value.abs() <= TAU) {
+    if samples.iter().all(|(_, value)| value.abs() <= ROUNDED_TURN) {
         return Vec::new();
     }
     let (mut fast, mut all, mut steps) = (0_usize, 0_usize, Vec::new());

@@ -156,6 +156,19 @@ fn an_unwound_heading_is_a_heading() {
 }
 
 #[test]
+fn a_rounded_heading_about_north_is_in_radians() {
+    // to four digits a turn is 6.2832, more than 2 pi; about north every second sample wraps
+    let mut log = good();
+    for (k, row) in log.rows.iter_mut().enumerate() {
+        let swing = row.get(Column::Heading).unwrap() + if k % 2 == 0 { 0.004 } else { -0.004 };
+        row.set(Column::Heading, (swing.rem_euclid(std::f64::consts::TAU) * 1e4).round() * 1e-4);
+    }
+    log.rows[0].set(Column::Heading, 6.2832);
+    assert_eq!(angles::heading_units(&log).len(), 0);
+    assert!(!messages(&log).contains("heading_rad"), "{}", messages(&log));
+}
+
+#[test]
 fn held_readings_outliers_and_lone_columns() {
     let mut log = good();
     for k in 0..log.rows.len() {
