@@ -111,7 +111,7 @@ fn select(
     log_data: &mut PreparedLog,
     progress: &mut dyn FnMut(&str),
 ) -> Option<(Selected<JointFit>, Vec<FoundEffect>)> {
-    let mut log = FullLog { log_data, noise_effects: Vec::new() };
+    let mut log = FullLog { log_data, noise_effects: Vec::new(), has_events: true };
     let mut selected = log.select(progress)?;
     if exceeds_noise(log.log_data, &selected.fit.pass) {
         selected = selection::in_another_order(&mut log, selected, progress)?;
@@ -170,7 +170,7 @@ fn retimed(log_data: &mut PreparedLog, accepted: &[Instance]) -> Option<bool> {
 
 /// With the timing of the inputs as it is; beside the diagnosis the entries accepted, even where they do not explain all.
 fn once(log_data: &mut PreparedLog, mut progress: impl FnMut(&str)) -> Option<(Diagnosis, Vec<Instance>)> {
-    let (Selected { fit, rounds, .. }, noise_effects) = select(log_data, &mut progress)?;
+    let (Selected { fit, mut rounds, .. }, mut noise_effects) = select(log_data, &mut progress)?;
     let (mut accepted, mut unfounded, mut grounds, mut swaps) = (fit.instances, Vec::new(), Vec::new(), 0);
     let (alternatives, joint, without, times) = loop {
         // The values that are reported are of all that does not judge.
@@ -185,9 +185,16 @@ fn once(log_data: &mut PreparedLog, mut progress: impl FnMut(&str)) -> Option<(D
             Err(unfounded) => Some(unfounded),
         };
         if let Some(refusal) = refusal {
-            accepted.remove(refusal.place);
+            let refused = accepted.remove(refusal.place);
             grounds.push(refusal.ground);
             unfounded.push(refusal.note);
+            if refused.candidate.span.is_some() {
+                // what a model that is wrong for seconds made of them stood before what lasts
+                let mut log = FullLog { log_data, noise_effects, has_events: false };
+                let lasting = log.go_on(accepted, &mut progress)?;
+                (accepted, noise_effects) = (lasting.accepted, log.noise_effects);
+                rounds.extend(lasting.rounds);
+            }
         } else {
             progress("alternatives");
             match alternatives_to(log_data, &accepted, &rounds)? {

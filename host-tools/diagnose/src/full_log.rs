@@ -22,6 +22,8 @@ pub struct FullLog<'a> {
     pub log_data: &'a mut PreparedLog,
     /// Outliers and waves, as the effects accepted show them.
     pub noise_effects: Vec<FoundEffect>,
+    /// Whether effects are looked for that begin and end.
+    pub has_events: bool,
 }
 
 impl FullLog<'_> {
@@ -32,6 +34,12 @@ impl FullLog<'_> {
         self.noise_effects = noise_effects(self.log_data, &residuals)?;
         let declared = self.log_data.fit(&[], DataPart::Train)?;
         selection::select(self, (Vec::new(), declared), progress)
+    }
+
+    /// Goes on from what is left of a selection.
+    pub fn go_on(&mut self, accepted: Vec<Instance>, progress: &mut dyn FnMut(&str)) -> Option<Selected<JointFit>> {
+        let fit = self.log_data.fit(&accepted, DataPart::Train)?;
+        selection::select(self, (accepted, fit), progress)
     }
 
     /// Whether a hypothesis is significant, and possible for the vehicle: linear fits may leave what it can be (a drag
@@ -61,6 +69,9 @@ impl Selectable for FullLog<'_> {
         let stands = |e: &Evidence| self.stands(accepted, round, e);
         let lasting = round.ladder.iter().filter(|e| e.instance.candidate.span.is_none()).cloned();
         let mut standing: Vec<Evidence> = lasting.filter(stands).collect();
+        if !self.has_events {
+            return standing;
+        }
         let least = standing.first().map_or(0.0, Evidence::score);
         standing.extend(search::refined_events(self.log_data, accepted, round, least).into_iter().filter(stands));
         standing

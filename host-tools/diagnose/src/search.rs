@@ -47,11 +47,14 @@ pub fn open_or_until(onsets: &[f64], times: &[f64]) -> Vec<Span> {
     spans(onsets, &ends)
 }
 
-/// Every onset with every later end.
+/// An event lasts so long at least, s: where fins are thrown over, a servo's rate makes a model wrong for less.
+const SHORTEST_S: f64 = 10.0;
+
+/// Every onset with every end that is late enough.
 #[must_use]
 pub fn spans(onsets: &[f64], ends: &[Option<f64>]) -> Vec<Span> {
     let pairs = onsets.iter().flat_map(|onset_s| ends.iter().map(|end_s| Span { onset_s: *onset_s, end_s: *end_s }));
-    pairs.filter(|span| span.end_s.is_none_or(|end_s| end_s > span.onset_s)).collect()
+    pairs.filter(|span| span.end_s.is_none_or(|end_s| end_s > span.onset_s + SHORTEST_S)).collect()
 }
 
 /// Judges every hypothesis beside the accepted effects.

@@ -66,7 +66,10 @@ const FASTER: [(&str, &str); 5] = [
     ("thrust_change", "the propeller gains thrust, or the hull drags by the square of speed, {k_n_s2_per_rad_m} less"),
     ("linear_drag", "the hull drags {surge_ns_per_m} less in surge"),
     ("drag_change", "the hull drags {surge_ns_per_m} less in surge"),
-    ("thrust_loss", "the propeller pushes more than declared, or the hull drags less by its square, {k_n_s2_per_rad_m}"),
+    (
+        "thrust_loss",
+        "the propeller pushes more than declared, or the hull drags less by its square, {k_n_s2_per_rad_m}",
+    ),
     ("thrust_decay", "the propeller gains thrust in time, {per_hour}"),
 ];
 
