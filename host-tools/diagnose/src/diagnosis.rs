@@ -198,7 +198,8 @@ fn once(log_data: &mut PreparedLog, mut progress: impl FnMut(&str)) -> Option<(D
         } else {
             progress("alternatives");
             match alternatives_to(log_data, &accepted, &rounds)? {
-                (_, Some((place, instance))) if swaps < MOST_SWAPS => accepted[place] = instance,
+                (_, Some((Some(place), instance))) if swaps < MOST_SWAPS => accepted[place] = instance,
+                (_, Some((None, instance))) if swaps < MOST_SWAPS => accepted.push(instance),
                 (alternatives, _) => break (alternatives, joint, without, times),
             }
             swaps += 1;
@@ -351,13 +352,14 @@ fn generic_is_better(log_data: &mut PreparedLog, alternative: &Structure, accept
         || (explain_more(promised(accepted)) && explain_more(fitted(accepted)))
 }
 
-/// Alternatives to every accepted effect, and the effect whose place one takes that explains more.
+/// Alternatives to every accepted effect, and one that explains more, with the place that it takes; none if what stands
+/// there explains something else, so that both are there.
 #[allow(clippy::type_complexity)] // used once
 fn alternatives_to(
     log_data: &PreparedLog,
     accepted: &[Instance],
     rounds: &[Round],
-) -> Option<(Vec<Vec<Alternative>>, Option<(usize, Instance)>)> {
+) -> Option<(Vec<Vec<Alternative>>, Option<(Option<usize>, Instance)>)> {
     let found: Option<Vec<Vec<Alternative>>> = (0..accepted.len())
         .into_par_iter()
         .map(|place| {
@@ -374,10 +376,14 @@ fn alternatives_to(
         let degrees = |candidate: &Candidate| candidate.degrees() as f64;
         let cost = 2.0 * (degrees(&better.instance.candidate) - degrees(&accepted[place].candidate));
         let mut with = accepted.to_vec();
-        with[place] = better.instance.clone();
+        let taken = better.is_possible().then_some(place);
+        match taken {
+            Some(place) => with[place] = better.instance.clone(),
+            None => with.push(better.instance.clone()),
+        }
         // What would be refused there takes no place.
         let stands = |with| Some(judged::founded(log_data, &log_data.fit(with, DataPart::Seen)?).is_ok());
-        (better.deficit + cost < -1.0 && stands(&with)?).then(|| (place, better.instance.clone()))
+        (better.deficit + cost < -1.0 && stands(&with)?).then(|| (taken, better.instance.clone()))
     });
     Some((alternatives, swap))
 }
