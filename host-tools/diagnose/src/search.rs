@@ -264,3 +264,19 @@ pub fn span_gains(log_data: &PreparedLog, others: &[Instance], event: &Candidate
 pub fn is_same(a: &Candidate, b: &Candidate) -> bool {
     a.effect == b.effect && a.member == b.member
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_event_is_no_moment() {
+        let found = spans(&[100.0, 105.0], &[None, Some(100.1), Some(112.0), Some(400.0)]);
+        let ends: Vec<_> = found.iter().map(|span| (span.onset_s, span.end_s)).collect();
+        let [first, second] = [100.0, 105.0];
+        assert_eq!(
+            ends,
+            [(first, None), (first, Some(112.0)), (first, Some(400.0)), (second, None), (second, Some(400.0))]
+        );
+    }
+}

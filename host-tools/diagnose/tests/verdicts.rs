@@ -199,6 +199,12 @@ fn val_thrust_loss() {
     assert_finds("thrust_loss:k_n_s2_per_rad_m=0.003", &[0.003], 23);
 }
 
+/// A propeller is as often better than its file as worse.
+#[test]
+fn val_a_vehicle_that_is_faster_than_declared() {
+    assert_finds("thrust_loss:k_n_s2_per_rad_m=-0.002", &[-0.002], 23);
+}
+
 #[test]
 fn val_dvl_scale() {
     assert_finds("dvl_scale:ratio=0.02", &[0.02], 24);
