@@ -81,10 +81,14 @@ fn said(said: &Said) -> String {
 }
 
 fn statement(statement: &Statement) -> String {
-    let named: Vec<String> = statement.named.iter().map(said).collect();
-    let none = if statement.unexplained { "none of these; nearest " } else { "" };
-    let what = if named.is_empty() { "nothing".to_owned() } else { named.join("; ") };
-    format!("{:.1} min: {none}{what}", statement.time_s / 60.0)
+    let named = statement.named.iter().map(said).collect::<Vec<_>>().join("; ");
+    let what = match (statement.unexplained, named.is_empty()) {
+        (true, true) => "none of these".to_owned(),
+        (true, false) => format!("none of these; nearest {named}"),
+        (false, true) => "nothing".to_owned(),
+        (false, false) => named,
+    };
+    format!("{:.1} min: {what}", statement.time_s / 60.0)
 }
 
 /// After how many minutes it is significant, and told apart.
