@@ -10,6 +10,9 @@ use crate::search;
 /// 73 %.
 const CHANGE_RISE_95: f64 = 7.35;
 
+/// Times tried before and after the one found.
+const STEPS: usize = 12;
+
 /// 95 % intervals of onset and end, s, where there are any.
 pub type Intervals = [Option<[f64; 2]>; 2];
 
@@ -36,7 +39,7 @@ fn interval(log_data: &PreparedLog, others: &[Instance], instance: &Instance, ed
     };
     let mut step_s = 0.25;
     for _ in 0..5 {
-        let times: Vec<f64> = (-12..=12).map(|k| centre + step_s * f64::from(k)).collect();
+        let times: Vec<f64> = (0..=2 * STEPS).map(|k| centre + step_s * (k as f64 - STEPS as f64)).collect();
         let spans: Vec<Span> = times.iter().map(|time_s| moved(*time_s)).collect();
         let mut gains = search::span_gains(log_data, others, &instance.candidate, &spans)?;
         for (gain, span) in gains.iter_mut().zip(&spans) {
@@ -46,7 +49,8 @@ fn interval(log_data: &PreparedLog, others: &[Instance], instance: &Instance, ed
         }
         let top = gains.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         let inside: Vec<usize> = (0..gains.len()).filter(|i| gains[*i] > top - CHANGE_RISE_95).collect();
-        let (first, last) = (*inside.first()?, *inside.last()?);
+        // Beside the others as they were fitted in the end the best time may be another: the one stated is in its interval.
+        let (first, last) = ((*inside.first()?).min(STEPS), (*inside.last()?).max(STEPS));
         if first > 0 && last + 1 < gains.len() {
             return Some([times[first] - step_s, times[last] + step_s]);
         }

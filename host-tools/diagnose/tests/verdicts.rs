@@ -23,7 +23,12 @@ fn diagnose(effects: &[&str], seed: u64, change: impl FnOnce(&mut Spec)) -> Diag
     change(&mut spec);
     let data = dataset::simulate(&spec, seed);
     let mut log_data = PreparedLog::new(&data.log, &VehicleFile::reference(), true).unwrap();
-    diagnosis::run(&mut log_data, |_| {}).unwrap()
+    let d = diagnosis::run(&mut log_data, |_| {}).unwrap();
+    for value in d.effects.iter().flat_map(|found| &found.values) {
+        let [low, high] = value.ci95;
+        assert!(!(value.value < low || value.value > high), "{effects:?}: outside its own interval: {value:?}");
+    }
+    d
 }
 
 /// Named first, and every interval, widened by half for one log of many, holds the truth.
