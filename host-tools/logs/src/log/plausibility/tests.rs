@@ -163,7 +163,7 @@ fn a_rounded_heading_about_north_is_in_radians() {
         let swing = row.get(Column::Heading).unwrap() + if k % 2 == 0 { 0.004 } else { -0.004 };
         row.set(Column::Heading, (swing.rem_euclid(std::f64::consts::TAU) * 1e4).round() * 1e-4);
     }
-    log.rows[0].set(Column::Heading, 6.2832);
+    log.rows[0].set(Column::Heading, (std::f64::consts::TAU * 1e4).ceil() * 1e-4);
     assert_eq!(angles::heading_units(&log).len(), 0);
     assert!(!messages(&log).contains("heading_rad"), "{}", messages(&log));
 }
