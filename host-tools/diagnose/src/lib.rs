@@ -32,6 +32,7 @@
 //! scores scatter more than the noise explains (residuals that are still coloured).
 
 mod acoustic_path;
+pub mod actuators;
 pub mod alternatives;
 pub mod borne_out;
 pub mod candidates;

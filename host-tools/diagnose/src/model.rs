@@ -1,5 +1,6 @@
 //! The declared vehicle with a set of effects, as the whitener evaluates it.
 
+use crate::actuators::{Actuators, Slowness};
 use crate::lateness::{DelayLine, Lateness};
 use crate::log_effects::{Effects, PathAt};
 use backseat_core::dynamics::{ActuatorInput, Attitude, Linearisation, VehicleModel, VehicleParameters};
@@ -35,6 +36,7 @@ pub struct Model {
     has_input: bool,
     late: Lateness,
     inputs: DelayLine,
+    actuators: Actuators,
 }
 
 impl Stretch {
@@ -83,8 +85,17 @@ impl Model {
         let stretches =
             starts_s.map(|t_s| Stretch::new(declared, &set.board_at(t_s), t_s)).collect::<Option<Vec<Stretch>>>()?;
         let has_input = stretches.iter().any(Stretch::has_input);
-        let (memory, late, inputs) = (ActuatorMemory::default(), Lateness::default(), DelayLine::default());
-        Some(Self { set: *set, changes, stretches, sound_speed_mps, memory, has_input, late, inputs })
+        Some(Self {
+            set: *set,
+            changes,
+            stretches,
+            sound_speed_mps,
+            memory: ActuatorMemory::default(),
+            has_input,
+            late: Lateness::default(),
+            inputs: DelayLine::default(),
+            actuators: Actuators::default(),
+        })
     }
 
     /// The effects.
@@ -110,6 +121,10 @@ impl Model {
     pub fn actuate(&mut self, step: &Step, commanded: &ActuatorInput) -> ActuatorInput {
         let delay_s = self.set.input_delay_s();
         let mut input = if delay_s > 0.0 { self.inputs.delayed(delay_s, step, commanded) } else { *commanded };
+        let slowness = self.set.slowness();
+        if slowness != Slowness::default() {
+            input = self.actuators.follow(&slowness, step, &input);
+        }
         if self.has_input {
             let Self { stretches, changes, memory, .. } = self;
             for (info, values) in stretches[place_of(changes, step.t_s)].active() {

@@ -284,6 +284,13 @@ fn val_sensors_and_propeller_that_only_a_log_knows() {
     assert_finds("propeller_torque:arm_m=0.04", &[0.04], 94);
 }
 
+/// Servos that turn at a rate, and a propeller that lags: where fins are thrown over and speeds change.
+#[test]
+fn val_actuators_that_take_their_time() {
+    assert_finds("fin_rate:s_per_rad=0.6", &[0.6], 122);
+    assert_finds("propeller_lag:s=0.5", &[0.5], 123);
+}
+
 #[test]
 #[ignore = "half a minute: .ci/nightly"]
 fn val_other_sensors_that_only_a_log_knows() {

@@ -393,6 +393,22 @@ pub(super) const ENTRIES: &[EffectInfo] = &[
         )],
     ),
     entry(
+        "fin_rate",
+        &[ParameterInfo::size("s_per_rad", "s/rad", 0.0, 5.0)],
+        Enters::Process,
+        "|delta_dot| <= 1 / s_per_rad",
+        "Body rates lag behind the model where fins are thrown over, not where they move a little",
+        &[with("fin_lag", "Fins that always move as far", "Throw the fins over, and move them a little")],
+    ),
+    entry(
+        "propeller_lag",
+        &[ParameterInfo::size("s", "s", 0.0, 5.0)],
+        Enters::Process,
+        "omega_dot = (omega_c - omega) / s",
+        "Surge lags behind the model where the propeller changes its speed",
+        &[with("input_delay", "A propeller that changes its speed alone", "Throw the fins over: they are not late")],
+    ),
+    entry(
         "propeller_torque",
         &[ParameterInfo::symmetric("arm_m", "m", 0.5)],
         Enters::Process,

@@ -130,6 +130,14 @@ pub(super) const ENTRIES: &[EffectKind] = entries! { catalogue: false, by_name_o
     [number("k_n_s2_per_rad_m", [-0.01, 0.03], Draw::Size(0.002, 0.008)), TIME, UNTIL],
     |p, v| p.undeclared.faults.advance_n_s2_per_rad_m = shift(v[0], v[1], v[2]);
 
+    "fin_rate", "one over the rate at which servos turn the fins",
+    [number("s_per_rad", [0.01, 5.0], Draw::Size(0.4, 2.0))],
+    |p, v| p.vehicle.servo_rate_radps = p.vehicle.servo_rate_radps.min(1.0 / v[0]);
+
+    "propeller_lag", "first-order lag of the propeller",
+    [number("s", [0.0, 5.0], Draw::Size(0.2, 2.0))],
+    |p, v| p.vehicle.propeller_lag_s += v[0];
+
     "propeller_torque", "the hull rolls against the propeller: torque over thrust",
     [number("arm_m", [-0.2, 0.2], Draw::Signed(0.01, 0.06))],
     |p, v| p.undeclared.propeller_torque_m += v[0];

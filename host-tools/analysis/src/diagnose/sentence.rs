@@ -13,7 +13,7 @@ use std::path::Path;
 
 /// Effects in words; `{name}` is the value of that parameter, a fin by its name. What is not here is listed by its
 /// names.
-const WORDS: [(&str, &str); 39] = [
+const WORDS: [(&str, &str); 41] = [
     ("thrust_change", "the propeller loses thrust, or the hull drags by the square of speed, {k_n_s2_per_rad_m} more"),
     ("heading_change", "the compass turns by {rad}"),
     ("buoyancy_change", "the buoyancy changes by {kg}, and the trim in pitch by {trim_rad}"),
@@ -52,6 +52,8 @@ const WORDS: [(&str, &str); 39] = [
     ("soft_iron", "soft iron turns the compass by {sin2_rad} sin 2ψ and {cos2_rad} cos 2ψ"),
     ("depth_scale", "the depth reads a factor {ratio} too deep"),
     ("input_delay", "fins and propeller are {s} late"),
+    ("fin_rate", "the servos take {s_per_rad} to turn the fins"),
+    ("propeller_lag", "the propeller comes to its speed {s} late"),
     ("propeller_torque", "the hull rolls against the propeller, {arm_m} times its thrust"),
     ("gnss_lever_arm", "the antenna stands {x_m} ahead and {y_m} to starboard of where it is declared"),
     (

@@ -11,6 +11,7 @@ mod corrected;
 pub use crate::acoustic_path::PathAt;
 
 use crate::acoustic_path::turned_about_down;
+use crate::actuators::Slowness;
 use crate::lateness::{Delays, Lateness, swing};
 use backseat_core::dynamics::Attitude;
 use backseat_core::effects::{EffectError, EffectSet, ParameterId, ParameterKind, SensorChannel, is_on};
@@ -21,7 +22,7 @@ use nalgebra::Vector3;
 const MOST: usize = 4;
 
 /// The entries, with the sensors that show each; those without a sensor move the vehicle itself.
-const ENTRIES: [(&str, &[SensorChannel]); 20] = [
+const ENTRIES: [(&str, &[SensorChannel]); 22] = [
     ("heading_lag", &[SensorChannel::Attitude]),
     ("soft_iron", &[SensorChannel::Attitude]),
     ("dvl_delay", &[SensorChannel::Dvl]),
@@ -42,6 +43,8 @@ const ENTRIES: [(&str, &[SensorChannel]); 20] = [
     ("clock_change", &[SensorChannel::Range]),
     ("fin_bias_change", &[]),
     ("gnss_delay", &[SensorChannel::Gnss]),
+    ("fin_rate", &[]),
+    ("propeller_lag", &[]),
 ];
 const HEADING_LAG: usize = 0;
 const SOFT_IRON: usize = 1;
@@ -59,6 +62,8 @@ const HEADING_CHANGE: usize = 11;
 const PITCH_CHANGE: usize = 15;
 const DVL_CHANGE: usize = 16;
 const GNSS_DELAY: usize = 19;
+const FIN_RATE: usize = 20;
+const PROPELLER_LAG: usize = 21;
 /// A change of the board's entries under way: its sizes, then onset and end.
 struct Change {
     /// Its place.
@@ -206,6 +211,12 @@ impl Effects {
     #[must_use]
     pub fn transducer_arm_m(&self) -> [f64; 3] {
         first_three(self.log[TRANSDUCER_ARM])
+    }
+
+    /// How slow actuators are to come to where they are commanded.
+    #[must_use]
+    pub fn slowness(&self) -> Slowness {
+        Slowness { fins_s_per_rad: self.log[FIN_RATE][0], propeller_s: self.log[PROPELLER_LAG][0] }
     }
 
     /// By how much actuators are behind their commands, s.
