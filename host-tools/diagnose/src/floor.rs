@@ -32,11 +32,12 @@ pub fn under(mut diagnosis: Diagnosis, log_data: &PreparedLog, scores: &Scores) 
     diagnosis.held_to(remaining, blocks < FEWEST_JUDGED)
 }
 
-/// Innovations of each channel, beside the filter's own uncertainty and the largest plausible noise of its sensor.
+/// Innovations of each channel that waves do not move, beside the filter's own uncertainty and the largest plausible noise
+/// of its sensor: what a hull does in waves differs from one surfacing to the next, and is no sensor's error.
 fn channels(log_data: &PreparedLog, pass: &Pass) -> Vec<Remaining> {
     let of = |channel: ResidualChannel| {
         let most = channel.sensor().most(&log_data.setup.sensors);
-        let own = pass.residuals.iter().filter(|r| r.channel == channel && r.used);
+        let own = pass.telling().filter(|r| r.channel == channel);
         let judged: Vec<_> = own.filter(|r| log_data.split.is_at(DataPart::Judge, r.t_s)).collect();
         let left = rms(&judged.iter().map(|r| r.innovation).collect::<Vec<_>>())?;
         let most = rms(&judged.iter().map(|r| r.sigma.hypot(most)).collect::<Vec<_>>())?;

@@ -15,6 +15,8 @@ use hil_sim::dataset::{self, Shape, Spec};
 use hil_sim::noise::NoiseKind;
 use hil_sim::scenario::Request;
 
+mod floor_under;
+
 fn diagnose(effects: &[&str], seed: u64, change: impl FnOnce(&mut Spec)) -> Diagnosis {
     let mut spec = Spec::new(VehicleFile::reference());
     spec.duration_s = 1200.0;
@@ -138,34 +140,6 @@ fn a_silence_is_no_effect_and_hides_none() {
             if effects.is_empty() { (Verdict::None, vec![]) } else { (Verdict::Explained, vec!["water_current"]) };
         assert_eq!((d.verdict, found), (verdict, names), "seed {seed}: {} {:?}", d.reason, d.remaining);
     }
-}
-
-/// Nothing good is said of a log with its heading negated, nor of one that is too short for anything to judge it.
-#[test]
-fn the_floor_under_every_word() {
-    let vehicle = VehicleFile::reference();
-    let verdict = |log: &backseat_logs::Log| {
-        let mut log_data = PreparedLog::new(log, &vehicle, true).unwrap();
-        let d = diagnosis::run(&mut log_data, |_| {}).unwrap();
-        let set = d.set(&vehicle.effects.set.into());
-        let scores = scores::of(&log_data, &d.after, &set, log, &vehicle, None, true).unwrap();
-        let d = floor::under(d, &log_data, &scores);
-        (d.verdict, d.remaining)
-    };
-    let mut spec = Spec::new(vehicle.clone());
-    spec.duration_s = 600.0;
-    let mut log = dataset::simulate(&spec, 51).log;
-    assert_eq!(verdict(&log).0, Verdict::None);
-    for row in &mut log.rows {
-        if let Some(heading) = row.get(Column::Heading) {
-            row.set(Column::Heading, -heading);
-        }
-    }
-    let (said, remaining) = verdict(&log);
-    assert!(matches!(said, Verdict::Implausible | Verdict::Unexplained), "{said:?} {remaining:?}");
-    spec.duration_s = 60.0;
-    let said = verdict(&dataset::simulate(&spec, 52).log).0;
-    assert!(!matches!(said, Verdict::None | Verdict::Explained), "{said:?}");
 }
 
 /// Coloured errors of the fixes at either end of lines to and fro look like an antenna that is elsewhere, or like a
