@@ -88,7 +88,7 @@ impl Consequences {
         };
         let gain = gain.unwrap_or(0.0);
         // of a fin it may turn out that it stands rather than being lost: it is broken all the same
-        let of_the_same = |named: &&Named| named.cause == used.cause || is_same_fin(named.cause, used.cause);
+        let of_the_same = |named: &&Named| named.cause.is_of_the_same(used.cause);
         let Some(named) = statement.named.iter().flatten().find(of_the_same) else {
             return Some(self.drop(time_us, &used, DecisionReason::NotNamed, gain));
         };
@@ -137,11 +137,7 @@ impl Consequences {
 
 /// It is sure, or only in which way its fin is broken is not.
 fn is_sure(named: &Named) -> bool {
-    named.probability >= SURE || named.rival.is_some_and(|rival| is_same_fin(rival, named.cause))
-}
-
-fn is_same_fin(one: Cause, other: Cause) -> bool {
-    one.fin().is_some() && one.fin() == other.fin()
+    named.probability >= SURE || named.rival.is_some_and(|rival| rival.is_of_the_same(named.cause))
 }
 
 impl NamingUse {

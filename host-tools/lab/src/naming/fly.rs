@@ -148,6 +148,17 @@ impl NamedFlight {
         self.statements.last().is_some_and(|statement| statement.unexplained)
     }
 
+    /// All changes have begun five minutes before its end.
+    pub fn has_all_begun(&self) -> bool {
+        self.changes.iter().all(|change| change.time_s + 300.0 < self.ended_s)
+    }
+
+    /// Of two causes named at once one is no change, nor is its rival.
+    pub fn names_a_wrong_one_beside(&self) -> bool {
+        let is_there = |said: &Said| self.changes.iter().any(|own| own.cause == said.cause || own.cause == said.rival);
+        self.statements.iter().any(|statement| statement.named.len() > 1 && !statement.named.iter().all(is_there))
+    }
+
     /// Both changes are named at some time.
     pub fn names_all(&self) -> bool {
         self.changes.iter().all(|change| {

@@ -28,6 +28,8 @@ struct Shares {
     first_or_rival: Share,
     sized: Share,
     both: Share,
+    both_begun: Share,
+    wrong_beside: Share,
     clean: Share,
     none_of_these: Share,
     outside_wrong: Share,
@@ -49,6 +51,8 @@ impl Shares {
             .filter(|flight| flight.knowable.as_ref().is_some_and(|own| own.significant_s.is_some()))
             .collect();
         let separable: Vec<_> = one.iter().filter_map(|flight| Some((flight, flight.named_until_s()?))).collect();
+        let begun: Vec<_> = two.iter().filter(|flight| flight.has_all_begun()).collect();
+        let changed: Vec<_> = one.iter().chain(&two).collect();
         Self {
             significant: Share { hits: significant.len(), of: one.len() },
             separable: Share { hits: separable.len(), of: significant.len() },
@@ -60,6 +64,8 @@ impl Shares {
             first_or_rival: Share::of(&one, |flight| in_time(&flight.outcome(), true)),
             sized: Share::of(&offs, |off| off.abs() < 1.96),
             both: Share::of(&two, |flight| flight.names_all()),
+            both_begun: Share::of(&begun, |flight| flight.names_all()),
+            wrong_beside: Share::of(&changed, |flight| flight.names_a_wrong_one_beside()),
             clean: Share::of(&none, |flight| flight.first().is_some()),
             none_of_these: Share::of(&outside, |flight| flight.ends_unexplained()),
             outside_wrong: Share::of(&outside, |flight| {
@@ -126,6 +132,8 @@ pub fn page(flown: &[NamedFlight], args: &Args) -> String {
         ("the same, first or as the rival of the first", shares.first_or_rival),
         ("size within its 95 % interval, where the right cause is named last", shares.sized),
         ("two causes: both named, first or as rival", shares.both),
+        ("of those in which both began five minutes before the end", shares.both_begun),
+        ("one cause or two: beside a name one that is not there", shares.wrong_beside),
         ("none: a false cause", shares.clean),
         ("outside the table: *none of these* at the end", shares.none_of_these),
         ("outside the table: a name at the end", shares.outside_wrong),

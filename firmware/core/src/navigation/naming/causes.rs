@@ -137,6 +137,12 @@ impl Cause {
         }
     }
 
+    /// It is the other one, or about the same fin.
+    #[must_use]
+    pub fn is_of_the_same(self, other: Self) -> bool {
+        self == other || (self.fin().is_some() && self.fin() == other.fin())
+    }
+
     /// Its name, that of the catalogue of effects where it has one.
     #[must_use]
     pub const fn name(self) -> &'static str {
@@ -175,9 +181,13 @@ impl Cause {
         }
     }
 
-    /// Whether there is such a size: a share that is lost is positive.
+    /// Whether there is such a size: a share that is lost is positive, and no propeller pushes more and more.
     pub(super) fn is_possible(self, size: &[f64; 2]) -> bool {
-        !matches!(self, Self::FinLost(_)) || size[0] > LEAST_LOST
+        match self {
+            Self::FinLost(_) => size[0] > LEAST_LOST,
+            Self::ThrustDecaying => size[0] > 0.0,
+            _ => true,
+        }
     }
 
     /// What it is made of, if it began at `onset_h`, hours since the sums began.

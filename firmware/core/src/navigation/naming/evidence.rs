@@ -101,26 +101,17 @@ pub(super) struct Factor {
 impl Factor {
     pub(super) const NONE: Self = Self { l: Triangle::ZERO, y: [0.0; ROWS], rows: 0 };
 
-    pub(super) fn forget(&mut self) {
+    /// Of the columns alone, with one sigma each before anything is measured. `left_out`: sums at the start (none: those of
+    /// nothing) and the end of a time that is to be left out.
+    pub(super) fn compute(&mut self, total: &Sums, left_out: [Option<&Sums>; 2], sigma: &[f64; COLUMNS]) {
         self.rows = 0;
-    }
-
-    pub(super) fn is_computed(&self) -> bool {
-        self.rows >= COLUMNS
-    }
-
-    /// Of the columns alone. `left_out`: sums at the start and the end of a time that is to be left out.
-    pub(super) fn compute(&mut self, total: &Sums, left_out: Option<(&Sums, &Sums)>) {
-        self.rows = 0;
-        for (i, sigma) in DECLARED_SIGMA.iter().enumerate() {
+        let signed = || left_out.into_iter().zip([1.0, -1.0]).filter_map(|(sums, sign)| Some((sums?, sign)));
+        for (i, sigma) in sigma.iter().enumerate() {
             let mut row = [0.0; ROWS];
-            row.iter_mut().zip(total.information.row(i)).for_each(|(own, sum)| *own = *sum);
-            let mut score = total.score.get(i).copied().unwrap_or(0.0);
-            if let Some((start, end)) = left_out {
-                let within = end.information.row(i).iter().zip(start.information.row(i));
-                row.iter_mut().zip(within).for_each(|(own, (end, start))| *own -= end - start);
-                let of = |sums: &Sums| sums.score.get(i).copied().unwrap_or(0.0);
-                score -= of(end) - of(start);
+            let mut score = 0.0;
+            for (sums, sign) in signed().chain([(total, 1.0)]) {
+                row.iter_mut().zip(sums.information.row(i)).for_each(|(own, sum)| *own += sign * sum);
+                score += sign * sums.score.get(i).copied().unwrap_or(0.0);
             }
             let diagonal = row.get(i).copied().unwrap_or(0.0) + 1.0 / (sigma * sigma);
             self.append(row, diagonal, score);
@@ -175,6 +166,15 @@ impl Factor {
         let (mean, sigma) = number.prior();
         let certainty = 1.0 / (sigma * sigma);
         self.append(row, number.times(total, number) + certainty, number.score(total) + certainty * mean);
+    }
+
+    /// Takes as there what a change may have done to the estimate within the block that an onset ends.
+    pub(super) fn take_states<'a>(&mut self, total: &Sums, onset: &'a Onset) -> [Number<'a>; REMEMBERED.len()] {
+        let states = core::array::from_fn(|m| Number::State(m, onset));
+        for (m, state) in states.iter().enumerate() {
+            self.take(total, state, states.get(..m).unwrap_or_default());
+        }
+        states
     }
 
     /// Lets column `column`, too, have changed since the onset; all before it have. Returns by how much that explains more,

@@ -8,8 +8,8 @@
 //! their odds is expected to be.
 
 use super::causes::{ALL, Cause};
+use super::columns::DECLARED_SIGMA;
 use super::evidence::{Factor, Number};
-use super::onset::REMEMBERED;
 use super::watch::Naming;
 
 /// What is expected of the best filter.
@@ -34,11 +34,8 @@ impl Naming {
         let change = parts.iter().zip(size).filter_map(|(part, size)| part.map(|part| (part.direction, size)));
         let (total, onset) = onset.without_noise(&onsets.last()?.sums, change);
         let mut factor = Factor::NONE;
-        factor.compute(&total, None);
-        let beside: [_; REMEMBERED.len()] = core::array::from_fn(|m| Number::State(m, &onset));
-        for (m, number) in beside.iter().enumerate() {
-            factor.take(&total, number, beside.get(..m).unwrap_or_default());
-        }
+        factor.compute(&total, [None; 2], &DECLARED_SIGMA);
+        let beside = factor.take_states(&total, &onset);
         let numbers = parts.map(|part| part.map(|part| Number::Change(part, &onset)));
         let (information, score) = factor.left(&total, &numbers, &beside);
         let mut squared = size[0] * score[0] + size[1] * score[1];

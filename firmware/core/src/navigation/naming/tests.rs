@@ -17,6 +17,7 @@ use crate::navigation::{
 use crate::random::Random;
 use crate::state::{P, PHI, PSI, VehicleState, X, Y, Z};
 use std::boxed::Box;
+use std::vec::Vec;
 
 /// Of the truth.
 const STEP_US: u64 = 10_000;
@@ -24,41 +25,44 @@ const STEP_US: u64 = 10_000;
 /// No column: a fin that stands at an angle.
 const FIN_STANDS: usize = COLUMNS;
 
+/// What changes: a column, by how much, and when, s.
+type Change = (usize, f64, f64);
+
 struct World {
     model: VehicleModel,
     x: VehicleState,
-    column: usize,
-    size: f64,
+    /// What has changed, by columns.
+    changed: Vec<(usize, f64)>,
 }
 
 impl World {
-    /// The vehicle with the change from now on.
-    fn change(&mut self) {
+    /// The vehicle with one more change from now on.
+    fn change(&mut self, column: usize, size: f64) {
+        self.changed.push((column, size));
         let mut p = VehicleParameters::IVER3;
-        let size = self.size;
-        match self.column {
-            THRUST => p.beta5_n_s2_per_rad2 *= 1.0 - size,
-            DRAG => p.quadratic_diag[0] *= 1.0 + size,
-            WEIGHT => p.mass_kg += size,
-            TRIM_AHEAD => p.b_cb_to_cg_m[0] += size / p.displaced_mass_kg,
-            TRIM_STARBOARD => p.b_cb_to_cg_m[1] += size / p.displaced_mass_kg,
-            _ => {}
+        let mut shares = [1.0; 4];
+        for &(column, size) in &self.changed {
+            match column {
+                FIN_LOST..FIN_ANGLE => shares[column - FIN_LOST] -= size,
+                THRUST => p.beta5_n_s2_per_rad2 *= 1.0 - size,
+                DRAG => p.quadratic_diag[0] *= 1.0 + size,
+                WEIGHT => p.mass_kg += size,
+                TRIM_AHEAD => p.b_cb_to_cg_m[0] += size / p.displaced_mass_kg,
+                TRIM_STARBOARD => p.b_cb_to_cg_m[1] += size / p.displaced_mass_kg,
+                _ => {}
+            }
         }
         self.model = VehicleModel::new(&p).expect("valid");
-        if let FIN_LOST..FIN_ANGLE = self.column {
-            let mut shares = [1.0; 4];
-            shares[self.column - FIN_LOST] -= size;
-            self.model.set_fin_effectiveness(&shares);
-        }
+        self.model.set_fin_effectiveness(&shares);
     }
 
-    fn step(&mut self, input: &ActuatorInput, changed: bool) {
+    fn step(&mut self, input: &ActuatorInput) {
         let mut input = *input;
-        if changed {
-            match self.column {
-                column @ FIN_ANGLE..FIN_COMMAND => input.fins_rad[column - FIN_ANGLE] += self.size,
-                column @ FIN_COMMAND..THRUST => input.fins_rad[column - FIN_COMMAND] *= 1.0 - self.size,
-                column @ FIN_STANDS.. => input.fins_rad[column - FIN_STANDS] = self.size,
+        for &(column, size) in &self.changed {
+            match column {
+                FIN_ANGLE..FIN_COMMAND => input.fins_rad[column - FIN_ANGLE] += size,
+                FIN_COMMAND..THRUST => input.fins_rad[column - FIN_COMMAND] *= 1.0 - size,
+                FIN_STANDS.. => input.fins_rad[column - FIN_STANDS] = size,
                 _ => {}
             }
         }
@@ -66,14 +70,19 @@ impl World {
         let first = self.model.derivative(&self.x, &input);
         let second = self.model.derivative(&(self.x + first * h), &input);
         self.x += (first + second) * (0.5 * h);
-        if changed && (CURRENT..CURRENT + 2).contains(&self.column) {
-            self.x[X + self.column - CURRENT] += self.size * h;
+        for axis in 0..2 {
+            self.x[X + axis] += self.own(CURRENT + axis) * h;
         }
     }
 
-    fn measurements(&self, t_s: f64, changed: bool) -> [Option<Measurement>; 4] {
+    /// By how much a column has changed.
+    fn own(&self, column: usize) -> f64 {
+        self.changed.iter().filter(|(own, _)| *own == column).map(|(_, size)| size).sum()
+    }
+
+    fn measurements(&self, t_s: f64) -> [Option<Measurement>; 4] {
         let x = &self.x;
-        let own = |column: usize| if changed && self.column == column { self.size } else { 0.0 };
+        let own = |column: usize| self.own(column);
         let (sin, cos) = libm::sincos(x[PSI]);
         let heading = own(HEADING) + own(HEADING + 1) * sin + own(HEADING + 2) * cos;
         let depth = Measurement::Depth { z_m: x[Z] + own(DEPTH) };
@@ -162,8 +171,8 @@ fn add_noise(random: &mut Random, measurement: &mut Measurement) {
     }
 }
 
-/// Flies turns for `minutes` with the change in `column` from `onset_s` on.
-fn fly((column, size): (usize, f64), onset_s: f64, minutes: u64, mut noise: Option<Random>, watch: &mut impl Watch) {
+/// Flies turns for `minutes` with these changes, the first of which the watch is told.
+fn fly(changes: &[Change], minutes: u64, mut noise: Option<Random>, watch: &mut impl Watch) {
     let model = VehicleModel::new(&VehicleParameters::IVER3).expect("valid");
     let config = NavigationConfig { surface: None, ..NavigationConfig::REFERENCE };
     let mut filter = Box::new(Filter::new());
@@ -171,18 +180,20 @@ fn fly((column, size): (usize, f64), onset_s: f64, minutes: u64, mut noise: Opti
     let x = VehicleState::from([0.0, 0.0, 5.0, 0.0, 0.0, 0.5, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
     let sigma = VehicleState::from([1.5, 1.5, 0.06, 0.02, 0.02, 0.02, 0.1, 0.1, 0.1, 0.01, 0.01, 0.01]);
     filter.initialise(0, &InitialState { state: x, sigma }).expect("finite");
-    let mut world = World { model, x, column, size };
+    let mut world = World { model, x, changed: Vec::new() };
     let mut input = ActuatorInput { propeller_radps: 100.0, fins_rad: [0.0; 4] };
-    let mut changed = false;
     for k in 0..minutes * 6000 {
         let t_s = 1.0e-6 * (k * STEP_US) as f64;
         if k % 10 == 0 {
-            if t_s >= onset_s && !changed {
-                changed = true;
-                watch.begin(&filter);
-                world.change();
+            if let Some(&(column, size, onset_s)) = changes.get(world.changed.len())
+                && t_s >= onset_s
+            {
+                if world.changed.is_empty() {
+                    watch.begin(&filter);
+                }
+                world.change(column, size);
             }
-            for mut measurement in world.measurements(t_s, changed).into_iter().flatten() {
+            for mut measurement in world.measurements(t_s).into_iter().flatten() {
                 if let Some(noise) = &mut noise {
                     add_noise(noise, &mut measurement);
                 }
@@ -196,7 +207,7 @@ fn fly((column, size): (usize, f64), onset_s: f64, minutes: u64, mut noise: Opti
                 + 0.03 * libm::sin(t_s / 7.0);
             input.fins_rad = [rudder, -rudder, -elevator, elevator];
         }
-        world.step(&input, changed);
+        world.step(&input);
         if k % 10 == 9 {
             let seen = watch.will_predict(&filter, &input, t_s);
             filter.predict((k + 1) * STEP_US, &input, seen).expect("predicts");
@@ -209,7 +220,7 @@ fn fly((column, size): (usize, f64), onset_s: f64, minutes: u64, mut noise: Opti
 fn wrong_share(column: usize, size: f64) -> f64 {
     let mut watch = Box::new(Sensitivities::new());
     watch.watches = true;
-    fly((column, size), 300.0, 13, None, &mut *watch);
+    fly(&[(column, size, 300.0)], 13, None, &mut *watch);
     watch.hold();
     let onset = watch.onsets().first().expect("kept");
     let direction: Direction = [(column, 1.0), (0, 0.0)];
@@ -221,7 +232,7 @@ fn wrong_share(column: usize, size: f64) -> f64 {
 /// What is stated after half an hour with a change at about ten minutes.
 fn stated(column: usize, size: f64, onset_s: f64) -> Statement {
     let mut naming = Box::new(Naming::new());
-    fly((column, size), onset_s, 30, Some(Random(7)), &mut *naming);
+    fly(&[(column, size, onset_s)], 30, Some(Random(7)), &mut *naming);
     naming.statement().expect("blocks were closed")
 }
 
@@ -237,7 +248,7 @@ fn val_what_changed_is_named_with_its_size() {
         (PITCH, 0.03, Cause::PitchOffset),
         (GYRO, 0.006, Cause::GyroOffset),
     ];
-    let mut wrong = std::vec::Vec::new();
+    let mut wrong = Vec::new();
     for (column, size, cause) in cases {
         let statement = stated(column, size, 600.0);
         let [Some(named), None] = statement.named else {
@@ -251,6 +262,30 @@ fn val_what_changed_is_named_with_its_size() {
         }
     }
     assert!(wrong.is_empty(), "{wrong:#?}");
+}
+
+/// A weak cause is still stated when a strong one follows, and one that is no stronger than what of the first is not linear
+/// is found behind it.
+#[test]
+fn val_two_causes_are_named_one_after_the_other() {
+    let cases = [
+        [(CURRENT, 0.2, 600.0), (FIN_STANDS + 3, 0.04, 2400.0)],
+        [(FIN_LOST + 3, 0.6, 600.0), (THRUST, 0.25, 1500.0)],
+        [(FIN_STANDS, 0.03, 600.0), (WEIGHT, 0.1, 1800.0)],
+    ];
+    let causes = [
+        [Cause::FinStuck(3), Cause::CurrentChanged],
+        [Cause::FinLost(3), Cause::ThrustLost],
+        [Cause::FinStuck(0), Cause::WeightChanged],
+    ];
+    for (changes, causes) in cases.iter().zip(causes) {
+        let mut naming = Box::new(Naming::new());
+        fly(changes, 50, Some(Random(7)), &mut *naming);
+        let statement = naming.statement().expect("blocks were closed");
+        let [Some(one), Some(other)] = statement.named else { panic!("{causes:?}: {statement:?}") };
+        let is = |cause: Cause| one.cause == cause || other.cause == cause || other.rival == Some(cause);
+        assert!(causes.into_iter().all(is), "{causes:?}: {statement:?}");
+    }
 }
 
 /// Blocks end at 600.1 and 620.1 s.
@@ -299,7 +334,7 @@ impl Watch for Used {
 fn val_a_right_cause_predicts_better_and_a_wrong_one_worse() {
     for (factor, better) in [(1.0, true), (-1.0, false), (3.0, false)] {
         let mut watch = Used { naming: Box::new(Naming::new()), factor, is_used: false };
-        fly((FIN_LOST, 0.6), 600.0, 25, Some(Random(7)), &mut watch);
+        fly(&[(FIN_LOST, 0.6, 600.0)], 25, Some(Random(7)), &mut watch);
         let gain = watch.naming.gain().expect("it is used, and its onset kept");
         assert!(if better { gain > 20.0 } else { gain < -20.0 }, "{factor}: {gain}");
         watch.naming.follow(None);
@@ -313,7 +348,7 @@ fn val_who_is_told_the_cause_tells_a_lost_fin_from_others_but_thrust_not_from_dr
         [(FIN_LOST, 0.6, Cause::FinLost(0), true), (THRUST, 0.2, Cause::ThrustLost, false)]
     {
         let mut naming = Box::new(Naming::new());
-        fly((column, size), 600.0, 30, Some(Random(7)), &mut *naming);
+        fly(&[(column, size, 600.0)], 30, Some(Random(7)), &mut *naming);
         let [Some(named), None] = naming.statement().expect("blocks were closed").named else { panic!("{cause:?}") };
         let known = |size: f64| naming.known(cause, [size, 0.0], named.since_us).expect("its onset is kept");
         assert!(known(size).sigmas > 10.0, "{cause:?}: {:?}", known(size));
@@ -336,7 +371,7 @@ fn val_drag_and_thrust_at_one_speed_are_each_others_rival() {
 fn val_of_a_vehicle_as_declared_nothing_is_named() {
     for seed in 1..4 {
         let mut naming = Box::new(Naming::new());
-        fly((DEPTH, 0.0), 600.0, 30, Some(Random(seed)), &mut *naming);
+        fly(&[], 30, Some(Random(seed)), &mut *naming);
         let statement = naming.statement().expect("blocks were closed");
         assert_eq!(statement.named, [None; 2]);
         assert!(!statement.unexplained);
@@ -368,7 +403,7 @@ fn val_innovations_move_as_the_columns_say() {
         (SHIP, 1.0),
         (SHIP + 1, 1.0),
     ];
-    let mut wrong = std::vec::Vec::new();
+    let mut wrong = Vec::new();
     for (column, size) in sizes {
         let share = wrong_share(column, size);
         if share.abs() > 0.03 {

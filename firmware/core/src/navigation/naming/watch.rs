@@ -4,7 +4,7 @@ mod judgement;
 
 use super::candidate::Candidate;
 use super::causes::CAUSES;
-use super::columns::COLUMNS;
+use super::columns::{COLUMNS, DECLARED_SIGMA};
 use super::evidence::Factor;
 use super::onset::{BLOCK_US, Onset};
 use super::scatter::Scatter;
@@ -60,10 +60,20 @@ pub struct Naming {
     named: [Named; 2],
     /// How many of them.
     stated: usize,
+    /// Since when the first is stated.
+    said_us: u64,
+    /// The second is one that was stated before the first began.
+    is_kept: bool,
     /// What the causes taken leave to all columns, χ².
     left: f64,
     /// What the first of them explains, χ².
     explained: f64,
+    /// The onset that is the best of the cause that is the most probable, stated or not.
+    best_us: u64,
+    /// Only onsets behind this one are weighed, and nothing before it counts: behind a first cause. 0: all.
+    since_us: u64,
+    /// The causes taken leave more than is their own.
+    too_much: bool,
     /// For how many blocks ranges have been wrong in a way of their own.
     unlisted: u16,
     unexplained: bool,
@@ -100,8 +110,13 @@ impl Naming {
             left_over: 0,
             named: [Named::NONE; 2],
             stated: 0,
+            said_us: 0,
+            is_kept: false,
             left: 0.0,
             explained: 0.0,
+            best_us: 0,
+            since_us: 0,
+            too_much: false,
             unlisted: 0,
             unexplained: false,
             is_new: false,
@@ -119,9 +134,9 @@ impl Naming {
     fn start(&mut self, time_us: u64) {
         self.sensitivities.restart();
         (self.start_us, self.last_us) = (time_us, time_us);
-        (self.deep_us, self.counted_us, self.stated) = (0, 0, 0);
+        (self.deep_us, self.counted_us, self.stated, self.is_kept) = (0, 0, 0, false);
+        self.best_us = 0;
         self.scatter = Scatter::NONE;
-        self.factor.forget();
         self.stage = Stage::Idle;
         (self.unexplained, self.is_new, self.was_named) = (false, false, false);
         (self.leading, self.streaks, self.left_over, self.unlisted) = ([0; 2], [0; 2], 0, 0);
@@ -256,18 +271,19 @@ impl Naming {
     fn close_block(&mut self, now_us: u64) {
         self.counted_us = 0;
         self.see_scatter();
-        let Self { sensitivities, taken, used, .. } = self;
+        let Self { sensitivities, taken, used, best_us, .. } = self;
         if sensitivities.kept == ONSETS {
             // the one behind it ends the block in which a change began: its size counts from there
             let is_taken = |before: &Onset, own: &Onset| {
-                taken.iter().any(|taken| taken.time_us == own.time_us || taken.time_us == before.time_us)
+                let mut needed = taken.iter().map(|taken| taken.time_us).chain([*best_us]);
+                needed.any(|time_us| time_us == own.time_us || time_us == before.time_us)
             };
             let is_used = |own: &Onset| used.is_used() && used.onset_us == own.time_us;
             sensitivities.thin(now_us, |before, own| is_used(own) || is_taken(before, own));
         }
         self.sensitivities.keep_onset(now_us, self.scatter.colour());
-        self.factor.compute(&self.sensitivities.sums, None);
-        self.taken = [Taken::NONE; 2];
+        self.factor.compute(&self.sensitivities.sums, [None; 2], &DECLARED_SIGMA);
+        (self.taken, self.since_us) = ([Taken::NONE; 2], 0);
         self.begin_weighing();
     }
 
@@ -280,7 +296,9 @@ impl Naming {
     /// The last block's scores against what the estimate before it expects.
     fn see_scatter(&mut self) {
         let Self { scatter, factor, sensitivities, taken, .. } = self;
-        let Some(before) = sensitivities.onsets().last().filter(|_| factor.is_computed()) else { return };
+        let Some(before) = sensitivities.onsets().last() else { return };
+        let none = [Taken::NONE; 2];
+        let taken = if self.since_us > 0 { &none } else { taken };
         let beside = numbers(taken, sensitivities.onsets(), self.start_us, false);
         let total = &sensitivities.sums;
         for j in 0..COLUMNS {
