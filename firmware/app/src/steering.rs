@@ -227,11 +227,12 @@ impl Steering {
         self.armed = false;
     }
 
-    /// Navigation is valid: an armed mission begins.
+    /// Navigation is valid: an armed mission begins. It is not the one that was stopped a moment before.
     pub fn begin(&mut self, x: &VehicleState) {
         if self.armed {
             // an empty mission was refused when it was armed
             self.armed = self.controller.start(x).is_err();
+            self.stopping &= self.armed;
         }
     }
 

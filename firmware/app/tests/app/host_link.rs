@@ -223,6 +223,18 @@ fn a_stop_ends_the_wiggle_and_a_mission_waits_for_its_end() {
     request_all(&mut board, &[ToBoard::MissionStart]);
 }
 
+#[test]
+fn a_stop_does_not_end_the_mission_that_is_started_behind_it() {
+    let (mut world, mut board) = (World::new(), Direct::new(None));
+    world.run(&mut board, 8);
+    start(&mut board);
+    world.run(&mut board, 1);
+    request_all(&mut board, &[ToBoard::MissionStop, ToBoard::MissionStart]);
+    world.run(&mut board, 2);
+    assert!(board.heard().telemetry.last().unwrap().leg.is_some());
+    assert!(world.input.propeller_radps > 0.0);
+}
+
 /// Whatever unlocks, whenever it was staged: under way a limit of safety becomes stricter or stays.
 #[test]
 fn under_way_a_safety_limit_only_becomes_stricter() {
