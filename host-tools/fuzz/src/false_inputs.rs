@@ -127,6 +127,8 @@ impl FalseInput {
                     ToBoard::Unlock,
                     ToBoard::KeyBegin,
                     ToBoard::KeySet(Key::new(HOST_KEY)),
+                    ToBoard::Helm { heading_rad: 2.0, depth_m: 3.0, speed_mps: 1.0 },
+                    ToBoard::DropWeight { release: true },
                 ];
                 let request = &requests[usize::from(which) % requests.len()];
                 (Port::Host, encode(request, buffer).expect("room").to_vec())
