@@ -93,6 +93,7 @@ impl Listener {
                     | ToBoard::MissionCommit
                     | ToBoard::MissionStart
                     | ToBoard::MissionStop
+                    | ToBoard::DropWeight { .. }
                     | ToBoard::Helm { .. }
                     | ToBoard::FinWiggle
                     | ToBoard::Unlock
