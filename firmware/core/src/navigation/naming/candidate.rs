@@ -2,12 +2,12 @@
 
 use super::evidence::Weighed;
 
-/// The best onset of a cause, and its odds over all onsets.
+/// The best onset of a cause, and the evidence over all onsets.
 #[derive(Clone, Copy)]
 pub(super) struct Candidate {
     pub(super) time_us: u64,
     pub(super) weighed: Weighed,
-    /// ln of its odds against no change, Σ over the onsets of rate Δt B.
+    /// ln of Σ over the onsets of Δt B, h.
     pub(super) log_sum: f64,
 }
 
@@ -15,12 +15,11 @@ impl Candidate {
     pub(super) const ZERO: Self = Self { time_us: 0, weighed: Weighed::ZERO, log_sum: 0.0 };
     pub(super) const NONE: Self = Self { weighed: Weighed::NOTHING, log_sum: f64::NEG_INFINITY, ..Self::ZERO };
 
-    /// `prior`: probability that it began between the onset before and this one.
-    pub(super) fn take(&mut self, time_us: u64, prior: f64, weighed: &Weighed) {
+    pub(super) fn take(&mut self, time_us: u64, hours: f64, weighed: &Weighed) {
         if weighed.log_ratio > self.weighed.log_ratio {
             (self.time_us, self.weighed) = (time_us, *weighed);
         }
-        self.log_sum = log_add(self.log_sum, weighed.log_ratio + libm::log(prior));
+        self.log_sum = log_add(self.log_sum, weighed.log_ratio + libm::log(hours));
     }
 }
 

@@ -181,14 +181,6 @@ impl Cause {
         }
     }
 
-    /// How often it begins, 1/h. Water changes ten times as often as anything breaks: tides, fronts, wind.
-    pub(super) const fn rate_per_h(self) -> f64 {
-        match self {
-            Self::CurrentChanged => 1.0e-2,
-            _ => 1.0e-3,
-        }
-    }
-
     /// Whether there is such a size: a share that is lost is positive, and no propeller pushes more and more.
     pub(super) fn is_possible(self, size: &[f64; 2]) -> bool {
         match self {

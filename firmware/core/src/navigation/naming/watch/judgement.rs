@@ -8,8 +8,10 @@ use super::super::statement::Named;
 use super::super::taken::{Taken, colour_of, numbers};
 use super::{Naming, Stage};
 
+/// Each cause begins so often, 1/h.
+const RATE_PER_H: f64 = 1.0e-3;
 /// A cause is stated once it is so much more probable than no change (by Ville's inequality that happens without a cause
-/// in one of so many times 1 / (Σ rates · hours) dives) ...
+/// in one of so many times 1 / (rate · causes · hours) dives) ...
 const LEAST_ODDS: f64 = 100.0;
 /// ... and what it leaves to all columns together is at most this: χ² of 32 numbers, once in ten thousand ...
 const MOST_LEFT: f64 = 73.0;
@@ -28,10 +30,8 @@ const SURE_DWELL: u16 = 2;
 const UNEXPLAINED_DWELL: u16 = 15;
 /// ... or twenty, where it lasts from range to range: what a cause does to them does so at first, and comes out later.
 const LASTING_DWELL: u16 = 60;
-/// An error of ranges in a way of their own begins so often, 1/h, against no change ...
-const UNLISTED_RATE_PER_H: f64 = 1.0e-3;
-/// ... and against the causes more rarely by so much, ln.
-const UNLISTED_RARER: f64 = 4.6;
+/// An error of ranges in a way of their own begins so many times more rarely than a cause.
+const UNLISTED_RARER: f64 = 100.0;
 /// Evidence counts to this share of itself: the model is linear in the causes to some hundredths.
 const NOT_LINEAR_SHARE: f64 = 0.01;
 /// A rival is stated that is at least so probable.
@@ -57,7 +57,7 @@ impl Naming {
             let colour = colour_of(*cause, onset_h, &onset.colour);
             let weighed = factor.weigh(&newest.sums, (*cause, onset_h), onset, &states, colour);
             if cause.is_possible(&weighed.size) {
-                candidate.take(onset.time_us, cause.rate_per_h() * spacing_h, &weighed);
+                candidate.take(onset.time_us, spacing_h, &weighed);
             }
         }
         factor.close(0);
@@ -99,7 +99,7 @@ impl Naming {
             self.best_us = candidate.time_us;
         }
         let first = self.taken.first().filter(|_| number > 0).and_then(Taken::cause);
-        let least = libm::log(LEAST_ODDS);
+        let least = libm::log(LEAST_ODDS / RATE_PER_H);
         let least = match number {
             0 => least.max(self.weigh_unlisted(least)),
             _ => least + SECOND_RARER,
@@ -138,10 +138,9 @@ impl Naming {
     /// Ranges that are wrong in a way of their own. Returns what a cause has to exceed to be the more probable.
     fn weigh_unlisted(&mut self, least: f64) -> f64 {
         let odds = self.sensitivities.ranges.odds();
-        let rate = libm::log(UNLISTED_RATE_PER_H);
-        let own = odds.against_declared + rate - UNLISTED_RARER;
+        let own = odds.against_declared - libm::log(UNLISTED_RARER);
         let leads = self.candidates.iter().all(|candidate| candidate.log_sum < own);
-        self.unlisted = match (leads && odds.against_no_change + rate > least, odds.is_scatter) {
+        self.unlisted = match (leads && odds.against_no_change > least, odds.is_scatter) {
             (false, _) => 0,
             // scatter is none of the causes: a quarter of the time
             (true, true) => self.unlisted.saturating_add(LASTING_DWELL / UNEXPLAINED_DWELL),
