@@ -136,7 +136,7 @@ pub fn page(flown: &[NamedFlight], args: &Args) -> String {
         ("one cause or two: beside a name one that is not there", shares.wrong_beside),
         ("none: a false cause", shares.clean),
         ("outside the table: *none of these* at the end", shares.none_of_these),
-        ("outside the table: a name at the end", shares.outside_wrong),
+        ("outside the table: a name, not *none of these* at the end", shares.outside_wrong),
     ];
     let mut table = markdown_table(["", "flights"]);
     for (what, share) in rows {
