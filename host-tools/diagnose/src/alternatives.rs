@@ -5,7 +5,7 @@ use crate::linear;
 use crate::normal_equations::Column;
 use crate::prepared_log::{DataPart, PreparedLog};
 use crate::search::{self, is_same, tail};
-use crate::selection::Round;
+use crate::selection::{Evidence, Round};
 use backseat_logs::stats::chi_square_tail;
 use rayon::prelude::*;
 
@@ -64,11 +64,21 @@ pub fn find(log_data: &PreparedLog, accepted: &[Instance], place: usize, round: 
         return Vec::new();
     }
     let Some(own) = log_data.fit(accepted, DataPart::Seen) else { return Vec::new() };
-    let mut alternatives: Vec<Alternative> = close
+    let is_event = |e: &&&Evidence| e.instance.candidate.span.is_some();
+    let events: Vec<Instance> = close.iter().filter(is_event).map(|e| e.instance.clone()).collect();
+    let mut refined = search::refine_spans(log_data, &others, &events).into_iter();
+    let begun: Vec<_> = close
+        .into_iter()
+        .filter_map(|e| match e.instance.candidate.span {
+            Some(_) => Some((e, refined.next()??.instance)),
+            None => Some((e, e.instance.clone())),
+        })
+        .collect();
+    let mut alternatives: Vec<Alternative> = begun
         .into_par_iter()
-        .filter_map(|e| {
+        .filter_map(|(e, begun)| {
             let is_separable = e.p_beside_lower < UNDECIDED && round.is_significant(e);
-            let found = alternative(log_data, accepted_one, &others, &e.instance, own.seen_square)?;
+            let found = alternative(log_data, accepted_one, &others, begun, own.seen_square)?;
             Some(Alternative { is_separable, ..found })
         })
         .collect();
@@ -80,14 +90,9 @@ fn alternative(
     log_data: &PreparedLog,
     accepted_one: &Instance,
     others: &[Instance],
-    found: &Instance,
+    found: Instance,
     own: f64,
 ) -> Option<Alternative> {
-    let found = if found.candidate.span.is_some() {
-        search::refine_span(log_data, others, found)?.instance
-    } else {
-        found.clone()
-    };
     let mut instances = others.to_vec();
     instances.push(found);
     let joint = log_data.fit(&instances, DataPart::Seen)?;

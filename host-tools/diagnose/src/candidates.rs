@@ -399,7 +399,23 @@ pub fn own_terms(instance: &Instance, set: &Effects) -> Vec<Regressor> {
         .collect()
 }
 
-/// Terms and hypotheses of one event over several spans, behind the nuisance columns of `others`.
+/// Terms of several events, each over spans of its own, behind the nuisance columns of `others`; and the hypotheses of
+/// each event, none of one that is not asked for.
+#[must_use]
+pub fn events(
+    scope: &Scope,
+    others: &[Instance],
+    events: &[Option<(Candidate, Vec<Span>)>],
+) -> (Vec<Regressor>, Vec<Vec<Hypothesis>>) {
+    let set = set_of(&scope.declared, others);
+    let mut terms: Vec<Regressor> = others.iter().flat_map(|instance| own_terms(instance, &set)).collect();
+    let mut column = terms.len();
+    let mut add = |(event, spans): &(Candidate, Vec<Span>)| add_entry(&set, event, spans, &mut terms, &mut column);
+    let hypotheses = events.iter().map(|event| event.as_ref().map_or_else(Vec::new, &mut add)).collect();
+    (terms, hypotheses)
+}
+
+/// The same of one event.
 #[must_use]
 pub fn event(
     scope: &Scope,
@@ -407,9 +423,6 @@ pub fn event(
     event: &Candidate,
     spans: &[Span],
 ) -> (Vec<Regressor>, Vec<Hypothesis>) {
-    let set = set_of(&scope.declared, others);
-    let mut terms: Vec<Regressor> = others.iter().flat_map(|instance| own_terms(instance, &set)).collect();
-    let mut column = terms.len();
-    let hypotheses = add_entry(&set, event, spans, &mut terms, &mut column);
-    (terms, hypotheses)
+    let (terms, mut hypotheses) = events(scope, others, &[Some((*event, spans.to_vec()))]);
+    (terms, hypotheses.pop().unwrap_or_default())
 }

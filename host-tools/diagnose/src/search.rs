@@ -127,10 +127,9 @@ pub fn refined_events(log_data: &PreparedLog, accepted: &[Instance], round: &Rou
     let is_near = |e: &&Evidence| {
         e.score() > NEAR * least && chi_square_tail(e.gain, e.degrees) * (round.tried as f64) < FAMILY_ERROR
     };
-    let near: Vec<&Evidence> = round.events.iter().filter(is_near).take(MOST).collect();
-    with_ends_where_they_count(
-        near.into_par_iter().filter_map(|e| refine_span(log_data, accepted, &e.instance)).collect(),
-    )
+    let near = round.events.iter().filter(is_near).take(MOST);
+    let near: Vec<Instance> = near.map(|e| e.instance.clone()).collect();
+    with_ends_where_they_count(refine_spans(log_data, accepted, &near).into_iter().flatten().collect())
 }
 
 fn evidence(
@@ -212,30 +211,40 @@ pub fn tail(gain: f64, inflation: f64, blocks: usize, degrees: usize) -> f64 {
     chi_square_tail(gain, degrees).max(scattered)
 }
 
-/// Refines onset and end of an event together by ever finer searches; the values follow.
+/// Refines onset and end of each of several events by ever finer searches, in passes that they share; the values follow.
+/// `None` in the place of one that the log does not determine.
 #[must_use]
-pub fn refine_span(log_data: &PreparedLog, others: &[Instance], found: &Instance) -> Option<Evidence> {
-    let mut best = found.clone();
-    let mut refined = None;
-    let duration_s = log_data.samples.duration_s;
-    let mut cell_s = coarse_step_s(duration_s);
-    while cell_s > FINEST_S {
-        let Span { onset_s, end_s } = best.candidate.span?;
-        // An event in the first or last part of a log is no event: it was always, or never, there.
-        let within = |t_s: &f64| (0.08 * duration_s..=0.92 * duration_s).contains(t_s);
-        let about = |centre: f64| (-8..=8).map(move |k| centre + cell_s * f64::from(k) / 8.0).filter(within);
-        let onsets: Vec<f64> = about(onset_s).collect();
-        let ends: Vec<Option<f64>> = end_s.map_or_else(|| vec![None], |end_s| about(end_s).map(Some).collect());
-        let spans = spans(&onsets, &ends);
-        let (terms, hypotheses) = candidates::event(&log_data.scope, others, &best.candidate, &spans);
-        let pass = log_data.pass(&set_of(&log_data.scope.declared, others), &terms)?;
-        let nuisance: Vec<usize> = (0..others.iter().map(|other| other.sizes.len()).sum()).collect();
-        let round = judge(log_data, &pass, &hypotheses, &nuisance);
-        let evidence = refined.insert(round.ladder.into_iter().next()?);
-        best = evidence.instance.clone();
+pub fn refine_spans(log_data: &PreparedLog, others: &[Instance], found: &[Instance]) -> Vec<Option<Evidence>> {
+    let mut refined: Vec<Option<Evidence>> = vec![None; found.len()];
+    let mut best: Vec<Option<Instance>> = found.iter().cloned().map(Some).collect();
+    let set = set_of(&log_data.scope.declared, others);
+    let nuisance: Vec<usize> = (0..others.iter().map(|other| other.sizes.len()).sum()).collect();
+    let mut cell_s = coarse_step_s(log_data.samples.duration_s);
+    while cell_s > FINEST_S && best.iter().any(Option::is_some) {
+        let about =
+            |instance: &Instance| Some((instance.candidate, spans_about(log_data, &instance.candidate, cell_s)?));
+        let events: Vec<_> = best.iter().map(|instance| instance.as_ref().and_then(about)).collect();
+        let (terms, hypotheses) = candidates::events(&log_data.scope, others, &events);
+        let Some(pass) = log_data.pass(&set, &terms) else { return vec![None; found.len()] };
+        for ((best, refined), hypotheses) in best.iter_mut().zip(&mut refined).zip(hypotheses) {
+            *refined = judge(log_data, &pass, &hypotheses, &nuisance).ladder.into_iter().next();
+            *best = refined.as_ref().map(|evidence| evidence.instance.clone());
+        }
         cell_s /= 8.0;
     }
     refined
+}
+
+/// The spans that begin and end within `cell_s` of those of an event, in steps of an eighth of it.
+fn spans_about(log_data: &PreparedLog, event: &Candidate, cell_s: f64) -> Option<Vec<Span>> {
+    let Span { onset_s, end_s } = event.span?;
+    // An event in the first or last part of a log is no event: it was always, or never, there.
+    let duration_s = log_data.samples.duration_s;
+    let within = |t_s: &f64| (0.08 * duration_s..=0.92 * duration_s).contains(t_s);
+    let about = |centre: f64| (-8..=8).map(move |k| centre + cell_s * f64::from(k) / 8.0).filter(within);
+    let onsets: Vec<f64> = about(onset_s).collect();
+    let ends: Vec<Option<f64>> = end_s.map_or_else(|| vec![None], |end_s| about(end_s).map(Some).collect());
+    Some(spans(&onsets, &ends))
 }
 
 /// Gain of an event over each of several spans, less where the blocks' scores scatter more than the noise explains.
