@@ -178,7 +178,7 @@ fn once(log_data: &mut PreparedLog, mut progress: impl FnMut(&str)) -> Option<(D
         accepted.clone_from(&joint.instances);
         let times = event_times(log_data, &accepted);
         log_data.split.except(times.iter().flatten().flatten().copied().collect());
-        let without = judged::without_each(log_data, &accepted, DataPart::Seen)?;
+        let without = judged::without_each(log_data, &joint, DataPart::Seen)?;
         // The data that judge choose no other model: their word is the verdict's.
         let refusal = match judged::founded(log_data, &joint) {
             Ok(chosen) => judged::refuted(log_data, &joint, &without, &chosen),

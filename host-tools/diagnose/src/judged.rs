@@ -1,7 +1,7 @@
 //! What an effect must be to be named: possible for the vehicle, not zero, and of use on the data that judges.
 
 use crate::borne_out::BorneOut;
-use crate::candidates::{Instance, others};
+use crate::candidates::Instance;
 use crate::prepared_log::{DataPart, JointFit, PreparedLog};
 use crate::selection::{Evidence, Ground, Refusal, Round};
 use crate::whitener::Pass;
@@ -77,19 +77,14 @@ fn impossible_note(instance: &Instance) -> String {
     format!("{name} of {sizes} would explain what is left, but {IMPOSSIBLE}: something else is the cause")
 }
 
-/// The passes with all effects but one each, fitted on a part.
+/// The passes with all effects of a joint fit but one each, fitted on a part.
 #[must_use]
-pub fn without_each(log_data: &PreparedLog, accepted: &[Instance], part: DataPart) -> Option<Vec<Pass>> {
-    (0..accepted.len())
-        .into_par_iter()
-        .map(|place| {
-            let others = others(accepted, place);
-            if others.is_empty() {
-                return Some(log_data.declared.clone());
-            }
-            Some(log_data.fit(&others, part)?.pass)
-        })
-        .collect()
+pub fn without_each(log_data: &PreparedLog, joint: &JointFit, part: DataPart) -> Option<Vec<Pass>> {
+    let without = |place| match joint.instances.len() {
+        1 => Some(log_data.declared.clone()),
+        _ => Some(log_data.fit_without(joint, place, part)?.pass),
+    };
+    (0..joint.instances.len()).into_par_iter().map(without).collect()
 }
 
 /// What the data that choose say of each effect, with the values of those that train; or the effect that should not be
@@ -119,7 +114,8 @@ pub fn founded(log_data: &PreparedLog, joint: &JointFit) -> Result<Vec<BorneOut>
         }
     }
     let trained = log_data.fit(&joint.instances, DataPart::Train);
-    let with_and_without = trained.and_then(|t| Some((t, without_each(log_data, &joint.instances, DataPart::Train)?)));
+    let with_and_without =
+        trained.and_then(|t| without_each(log_data, &t, DataPart::Train).map(|without| (t, without)));
     let Some((trained, without)) = with_and_without else {
         return Ok(vec![BorneOut::default(); joint.instances.len()]);
     };

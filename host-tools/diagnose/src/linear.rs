@@ -39,6 +39,30 @@ pub fn fit<C: Copy + Into<Column>>(equations: &NormalEquations, free: &[C], fixe
     Some(Fit { gain: gain_of(equations, free, &theta, fixed), theta, covariance: inverse })
 }
 
+/// Values of `bounded` columns inside their bounds, of those before them without any: what would leave its bounds is held at
+/// the edge, and the others are fitted again. The fit, the columns that are free in it, and those that are fixed.
+#[allow(clippy::type_complexity)] // named where it is used
+#[must_use]
+pub fn fit_within<C: Copy + PartialEq + Into<Column>>(
+    equations: &NormalEquations,
+    unbounded: &[C],
+    bounded: &[(C, [f64; 2])],
+    fixed: &[(C, f64)],
+) -> Option<(Fit, Vec<C>, Vec<(C, f64)>)> {
+    let mut at = fixed.to_vec();
+    let mut left: Vec<C> = unbounded.iter().copied().chain(bounded.iter().map(|(column, _)| *column)).collect();
+    loop {
+        let fit = fit(equations, &left, &at)?;
+        let outside = bounded.iter().find_map(|(column, [low, high])| {
+            let value = fit.theta[left.iter().position(|c| c == column)?];
+            (value < *low || value > *high).then(|| (*column, value.clamp(*low, *high)))
+        });
+        let Some(held) = outside else { return Some((fit, left, at)) };
+        left.retain(|column| *column != held.0);
+        at.push(held);
+    }
+}
+
 /// By how much Σ e² falls at given values.
 #[must_use]
 pub fn gain_of<C: Copy + Into<Column>>(

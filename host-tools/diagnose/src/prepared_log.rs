@@ -4,6 +4,7 @@ use crate::candidates::{Instance, Scope, own_terms, set_of};
 use crate::linear;
 use crate::log_effects::Effects;
 use crate::noise;
+use crate::normal_equations::NormalEquations;
 use crate::regressors::Regressor;
 use crate::samples::{ResidualChannel, Samples};
 pub use crate::split::{DataPart, FORECAST_SHARE, Split};
@@ -244,17 +245,20 @@ impl PreparedLog {
         const SMALL: f64 = 0.1;
         /// What Σ e² may rise by the rounding of a step and still be no worse.
         const ROUNDING: f64 = 0.05;
+        /// Where a step is worse that promised less, half a sigma, nothing is left to be gained.
+        const VAIN: f64 = 0.25;
         let mut now = instances.to_vec();
         let mut best: Option<JointFit> = None;
         let mut halvings = 0;
+        let mut promised = f64::INFINITY;
         for _ in 0..=MOST_STEPS {
             let trial = self.evaluate(&now, part);
-            let Some((joint, fit)) =
+            let Some((joint, step)) =
                 trial.filter(|(joint, _)| best.as_ref().is_none_or(|best| joint.square <= best.square + ROUNDING))
             else {
                 // Worse, or impossible: half-way back.
                 halvings += 1;
-                if halvings > MOST_HALVINGS && best.is_some() {
+                if best.is_some() && (halvings > MOST_HALVINGS || promised < VAIN) {
                     break;
                 }
                 for (instance, good) in now.iter_mut().zip(&best.as_ref()?.instances) {
@@ -265,16 +269,12 @@ impl PreparedLog {
                 continue;
             };
             let mut largest = 0.0_f64;
-            if let Some(fit) = fit {
-                let mut steps = fit.theta.iter().enumerate();
-                for instance in &mut now {
-                    let bounds = instance.candidate.bounds();
-                    for (size, [low, high]) in instance.sizes.iter_mut().zip(bounds) {
-                        let (i, step) = steps.next()?;
-                        let moved = (*size + step).clamp(low, high);
-                        largest = largest.max((moved - *size).abs() / joint.sigmas[i].max(f64::MIN_POSITIVE));
-                        *size = moved;
-                    }
+            promised = step.as_ref().map_or(0.0, |step| step.gain);
+            if let Some(step) = step {
+                let sizes = now.iter_mut().flat_map(|instance| &mut instance.sizes);
+                for ((size, moved), sigma) in sizes.zip(step.to).zip(&joint.sigmas) {
+                    largest = largest.max((moved - *size).abs() / sigma.max(f64::MIN_POSITIVE));
+                    *size = moved;
                 }
             }
             let gained = best.as_ref().map_or(f64::INFINITY, |best: &JointFit| best.square - joint.square);
@@ -287,21 +287,67 @@ impl PreparedLog {
         best
     }
 
+    /// Fits all effects of a joint fit but one, from where its derivatives say that the others move without it.
+    #[must_use]
+    pub fn fit_without(&self, joint: &JointFit, place: usize, part: DataPart) -> Option<JointFit> {
+        let sum = joint.pass.normal.sum(|block| self.is_in(part, block));
+        let mut left = joint.instances.clone();
+        left[place].sizes.fill(0.0);
+        let to = step(&sum, &joint.instances, Some(place)).map(|step| step.to);
+        for (size, to) in left.iter_mut().flat_map(|instance| &mut instance.sizes).zip(to.into_iter().flatten()) {
+            *size = to;
+        }
+        left.remove(place);
+        self.fit(&left, part)
+    }
+
     /// One pass at these values, and the step that it suggests.
-    fn evaluate(&self, now: &[Instance], part: DataPart) -> Option<(JointFit, Option<linear::Fit>)> {
+    fn evaluate(&self, now: &[Instance], part: DataPart) -> Option<(JointFit, Option<LinearStep>)> {
         let set = set_of(&self.scope.declared, now);
         let own: Vec<Regressor> = now.iter().flat_map(|instance| own_terms(instance, &set)).collect();
         let sizes = own.len();
         let pass = self.pass(&set, &own)?;
         let sum = pass.normal.sum(|block| self.is_in(part, block));
         let free: Vec<usize> = (0..sizes).collect();
-        let fit = linear::fit(&sum, &free, &[]);
-        let covariance = fit.as_ref().map_or_else(|| vec![f64::INFINITY; sizes * sizes], |fit| fit.covariance.clone());
+        let covariance =
+            linear::fit(&sum, &free, &[]).map_or_else(|| vec![f64::INFINITY; sizes * sizes], |fit| fit.covariance);
         let at = linear::Fit { gain: 0.0, theta: vec![0.0; sizes], covariance };
         let sigmas = linear::sigmas(&pass.normal, |block| self.is_in(part, block), &free, &at, &[]);
         let seen_square = self.seen_square(&pass);
-        Some((JointFit { instances: now.to_vec(), square: sum.square, seen_square, sigmas, pass }, fit))
+        let to = step(&sum, now, None);
+        Some((JointFit { instances: now.to_vec(), square: sum.square, seen_square, sigmas, pass }, to))
     }
+}
+
+/// A step on normal equations about present sizes.
+struct LinearStep {
+    /// By how much Σ e² falls by it.
+    gain: f64,
+    /// Every size behind it, inside its bounds.
+    to: Vec<f64>,
+}
+
+/// The step that lowers Σ e² most; with all sizes of the effect `without` at zero. `None` where the data do not determine it.
+fn step(equations: &NormalEquations, now: &[Instance], without: Option<usize>) -> Option<LinearStep> {
+    let (mut bounded, mut fixed, mut to) = (Vec::new(), Vec::new(), Vec::new());
+    for (place, instance) in now.iter().enumerate() {
+        for (size, [low, high]) in instance.sizes.iter().zip(instance.candidate.bounds()) {
+            match without == Some(place) {
+                true => fixed.push((to.len(), -size)),
+                false => bounded.push((to.len(), [low - size, high - size])),
+            }
+            to.push(*size);
+        }
+    }
+    let (fit, left, at) = linear::fit_within(equations, &[], &bounded, &fixed)?;
+    let free = left.into_iter().zip(fit.theta);
+    free.chain(at).for_each(|(column, step)| to[column] += step);
+    // What is held at a bound is there to the last digit.
+    let bounds = now.iter().flat_map(|instance| instance.candidate.bounds());
+    for (to, [low, high]) in to.iter_mut().zip(bounds) {
+        *to = to.clamp(low, high);
+    }
+    Some(LinearStep { gain: fit.gain, to })
 }
 
 /// Which channels have samples.

@@ -140,28 +140,9 @@ fn evidence(
     [base_whole, base_held]: [f64; 2],
 ) -> Option<Evidence> {
     let columns = hypothesis.columns();
-    let free: Vec<Column> = nuisance.iter().copied().map(Column::from).chain(columns.iter().copied()).collect();
-    let bounds = hypothesis.candidate.bounds();
-    // Values outside what is plausible are held at its edge; the others are fitted again.
-    let bounded = |sum: &NormalEquations| {
-        let mut at = hypothesis.fixed();
-        let mut left = free.clone();
-        for _ in 0..=bounds.len() {
-            let fit = linear::fit(sum, &left, &at)?;
-            let outside = columns.iter().zip(&bounds).find_map(|(column, [low, high])| {
-                let value = fit.theta[left.iter().position(|c| c == column)?];
-                (value < *low || value > *high).then(|| (*column, value.clamp(*low, *high)))
-            });
-            match outside {
-                Some(held) => {
-                    left.retain(|column| *column != held.0);
-                    at.push(held);
-                }
-                None => return Some((fit, left, at)),
-            }
-        }
-        None
-    };
+    let nuisance_columns: Vec<Column> = nuisance.iter().copied().map(Column::from).collect();
+    let within: Vec<_> = columns.iter().copied().zip(hypothesis.candidate.bounds()).collect();
+    let bounded = |sum: &NormalEquations| linear::fit_within(sum, &nuisance_columns, &within, &hypothesis.fixed());
     let (fit, left, at) = bounded(whole)?;
     let (trained, trained_left, trained_at) = bounded(train)?;
     let (inflation, blocks) = linear::inflation(&pass.normal, seen, &left, &fit, &at);
