@@ -3,6 +3,8 @@
 //! `docs/results/made_with.csv` holds for each page a sum over the sources that it shows, as they were when it was made.
 //! Comments and tests do not count.
 
+mod tables;
+
 use anyhow::{Context, bail};
 use backseat_report::console;
 use crc::{CRC_64_XZ, Crc, Digest};
@@ -11,7 +13,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::process::{Command, Stdio};
 
 const SUM: Crc<u64> = Crc::<u64>::new(&CRC_64_XZ);
 
@@ -135,14 +137,22 @@ impl Results {
         let Some(command) = &page.command else { bail!("{name} is renewed by hand: its commands are in the page") };
         let file = format!("docs/results/{name}.md");
         console::print(format!("{file}: {command}\n").as_bytes())?;
-        let done = Command::new("sh").arg("-c").arg(command).current_dir(&self.root).status()?;
-        if !done.success() {
-            bail!("{command}: {done}");
+        let done =
+            Command::new("sh").arg("-c").arg(command).current_dir(&self.root).stderr(Stdio::inherit()).output()?;
+        console::print(&done.stdout)?;
+        if !done.status.success() {
+            bail!("{command}: {}", done.status);
         }
         if page.out {
             return self.note(name);
         }
-        let next = format!("put its tables into {file}, then: cargo lab results --made {name}\n");
+        let path = self.root.join(&file);
+        let old = fs::read_to_string(&path).with_context(|| file.clone())?;
+        let (new, put, left) = tables::put(&old, &String::from_utf8_lossy(&done.stdout));
+        fs::write(&path, new)?;
+        let next = format!(
+            "{file}: {put} tables renewed, {left} printed that it does not have; read its text, then: cargo lab results --made {name}\n"
+        );
         console::print(next.as_bytes())
     }
 
