@@ -5,7 +5,7 @@ use crate::candidates::Instance;
 use crate::prepared_log::{DataPart, JointFit, PreparedLog};
 use crate::selection::{Evidence, Ground, Refusal, Round};
 use crate::whitener::Pass;
-use backseat_core::effects::ParameterKind;
+use backseat_core::effects::{ParameterInfo, ParameterKind};
 use backseat_logs::stats::Z_95;
 use rayon::prelude::*;
 
@@ -23,6 +23,18 @@ pub fn is_possible(instance: &Instance, sigmas: &[f64], length_m: f64) -> bool {
     };
     (!ARMS.contains(&effect) || all(&|arm_m, half| arm_m.abs() - half <= length_m))
         && (!DELAYS.contains(&effect) || all(&|delay_s, half| delay_s + half >= 0.0))
+}
+
+/// The size that the fit left at the largest plausible value, in words. A fin that is stuck may stand at its stop, and a
+/// size of zero is at no limit.
+fn at_limit(instance: &Instance) -> Option<String> {
+    let of_entry = instance.candidate.info().parameters.iter().filter(|p| p.kind == ParameterKind::Size);
+    let is_at = |size: f64, [low, high]: [f64; 2]| size != 0.0 && (size <= low || size >= high);
+    let at = |(parameter, size): (&ParameterInfo, &f64)| {
+        let words = format!("{} of {size:.2} {}", parameter.name, parameter.unit);
+        is_at(*size, [parameter.min, parameter.max]).then_some(words)
+    };
+    if instance.candidate.is_stuck() { None } else { of_entry.zip(&instance.sizes).find_map(at) }
 }
 
 /// What a sea, a hull and a mounting are not steady to: smaller sizes are not named, however sure a long log is of them.
@@ -102,6 +114,11 @@ pub fn founded(log_data: &PreparedLog, joint: &JointFit) -> Result<Vec<BorneOut>
             !instance.candidate.is_stuck() && sizes.iter().zip(sigmas).all(|(size, sigma)| size.abs() < Z_95 * sigma);
         if !is_possible(instance, sigmas, log_data.setup.parameters.length_m) {
             return refusal(place, Ground::Impossible, format!("{name} is not named: {IMPOSSIBLE}"));
+        }
+        if let Some(limit) = at_limit(instance) {
+            let note =
+                format!("{name} is not named: {limit} is the most that is plausible: something else is the cause");
+            return refusal(place, Ground::Impossible, note);
         }
         if !instance.candidate.is_stuck() && is_negligible(instance) {
             let sizes: Vec<String> = sizes.iter().map(|size| format!("{size:.1e}")).collect();
