@@ -83,7 +83,9 @@ fn a_board_that_hears_itself_passes_on_every_port_and_is_reported() {
     assert!(again.stderr.contains("bench.md"), "{}", again.stderr);
 }
 
+/// On a computer that is too busy its board is late, and one that was overloaded does not navigate again.
 #[test]
+#[ignore = "in real time: .ci/nightly"]
 fn a_vehicle_on_the_bench_passes_and_shows_its_fins() {
     let mut bench = Bench::new();
     let scenario = Scenario::built_in("survey").unwrap();
