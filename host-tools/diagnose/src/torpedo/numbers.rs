@@ -6,7 +6,8 @@
 use super::entries::{Entry, MOTOR_STOP};
 use super::fitted::Fitted;
 use super::timing::Timing;
-use backseat_identify::short_runs::unknowns::{Place, open_moment};
+use backseat_core::dynamics::VehicleParameters;
+use backseat_identify::short_runs::unknowns::{Place, Unknown, open_moment};
 use backseat_logs::short_runs::{COMMON, Configuration, OF_CONFIGURATION};
 use backseat_logs::stats::f_tail;
 
@@ -107,14 +108,7 @@ impl<'a> Numbers<'a> {
 
     /// What is open of a value around none.
     fn open(&self, place: usize) -> [f64; 2] {
-        let unknown = &self.fitted.problem.unknowns[place];
-        match unknown.place {
-            Place::Of(axis @ 0..=2, _) => {
-                let open = open_moment(&self.fitted.draft().parameters, axis);
-                [-open, open]
-            }
-            _ => unknown.open,
-        }
+        open_of(&self.fitted.problem.unknowns[place], &self.fitted.draft().parameters)
     }
 
     fn parameter(
@@ -158,6 +152,17 @@ impl<'a> Numbers<'a> {
             }
         }
         differences
+    }
+}
+
+/// What is open of an unknown around none, on a vehicle with these parameters.
+pub(super) fn open_of(unknown: &Unknown, plant: &VehicleParameters) -> [f64; 2] {
+    match unknown.place {
+        Place::Of(axis @ 0..=2, _) => {
+            let open = open_moment(plant, axis);
+            [-open, open]
+        }
+        _ => unknown.open,
     }
 }
 

@@ -1,7 +1,7 @@
 //! `cargo lab twins`: how often `diagnose FOLDER` names the right cause in simulated runs of a torpedo.
 //!
-//! Each seed gives a folder of runs with hidden effects, each fifth one without. The folder is read and diagnosed as a user's would be; the answer
-//! is compared with the truth, which it never sees.
+//! Each seed gives a folder of runs with hidden effects, each fifth one without. The folder is read and diagnosed as a
+//! user's would be; the answer is compared with the truth, which it never sees.
 
 mod page;
 mod score;
@@ -10,8 +10,9 @@ use crate::ensemble::{PageArgs, PartArgs, SeedArgs, all_runs};
 use crate::store::{Key, version};
 use backseat_analysis::read_log::ReadLog;
 use backseat_diagnose::torpedo;
+use backseat_diagnose::torpedo::separable::Known;
 use hil_sim::dataset::runs::{self, Wanted};
-use score::Twin;
+use score::{Twin, is_of};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -64,10 +65,15 @@ fn twin(seed: u64, wanted: Wanted, flown: usize) -> anyhow::Result<Twin> {
     let diagnosis = torpedo::diagnose(&log, &vehicle, torpedo::Predictions::LeftOut, &mut |_| ());
     let names: Vec<&'static str> = hidden.effects.iter().map(|effect| effect.name).collect();
     // runs that no fit takes tell nothing
-    let mut sigmas = torpedo::separable::sigmas(&log, &vehicle, &names).unwrap_or_default();
+    let mut known = torpedo::separable::known(&log, &vehicle, &names).unwrap_or_default();
     // fins off their zero are a roll moment to the model
-    let of_fins = sigmas.iter().filter(|(name, _)| name.split('[').next() == Some("k_uu"));
-    let of_fins = of_fins.map(|(_, sigma)| ("fin_zero_rad".to_owned(), sigma / hidden.roll_moment_uu_per_rad()));
-    sigmas.extend(of_fins.collect::<Vec<_>>());
-    Ok(Twin::of(&hidden.effects, diagnosis.map(|diagnosis| diagnosis.found), &sigmas))
+    let per_rad = hidden.roll_moment_uu_per_rad();
+    let of_fins = |known: &Known| Known {
+        name: "fin_zero_rad".to_owned(),
+        sigma: known.sigma / per_rad,
+        open: known.open.map(|moment| moment / per_rad),
+    };
+    let moments: Vec<Known> = known.iter().filter(|known| is_of(known, "k_uu")).map(of_fins).collect();
+    known.extend(moments);
+    Ok(Twin::of(&hidden.effects, diagnosis.map(|diagnosis| diagnosis.found), &known))
 }

@@ -1,19 +1,32 @@
 //! What came of one data set.
 
 use backseat_diagnose::torpedo::Found;
+use backseat_diagnose::torpedo::separable::Known;
 use hil_sim::dataset::runs::Effect;
 use serde::{Deserialize, Serialize};
 
 /// An effect of so many sigmas could be told.
 const SEPARABLE: f64 = 3.0;
 
+/// How many sigmas the number of an effect is.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Sigmas {
+    /// From none.
+    pub size: f64,
+    /// Outside what the textbook leaves open: what is inside is no finding, however well it is known.
+    pub outside: f64,
+}
+
+/// Which of the two is counted.
+pub type Counted = fn(&Sigmas) -> f64;
+
 /// One data set.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Twin {
     /// Effects hidden, with what they are in words.
     pub hidden: Vec<(String, String)>,
-    /// Of these, in their order: size over its sigma by the information of the runs, everything else being free.
-    pub sigmas: Vec<f64>,
+    /// Of these, in their order, by the information of the runs, everything else being free.
+    pub sigmas: Vec<Sigmas>,
     /// Effects named, strongest first.
     pub named: Vec<String>,
     /// Why the data set is refused: nothing is named then.
@@ -28,7 +41,7 @@ pub struct Twin {
 
 impl Twin {
     /// Compares what is named with what is hidden; `known` is how well each number could be known.
-    pub fn of(hidden: &[Effect], found: Result<Vec<Found>, String>, known: &[(String, f64)]) -> Self {
+    pub fn of(hidden: &[Effect], found: Result<Vec<Found>, String>, known: &[Known]) -> Self {
         let (found, refused) = match found {
             Ok(found) => (found, None),
             Err(why) => (Vec::new(), Some(why)),
@@ -61,14 +74,14 @@ impl Twin {
         self.hidden.iter().any(|(hidden, _)| hidden == name)
     }
 
-    /// Whether an effect could be told from all others.
-    pub fn is_separable(&self) -> bool {
-        self.sigmas.iter().any(|sigmas| *sigmas >= SEPARABLE)
+    /// Whether an effect could be told from all others, by sigmas counted so.
+    pub fn is_separable(&self, by: Counted) -> bool {
+        self.sigmas.iter().any(|sigmas| by(sigmas) >= SEPARABLE)
     }
 
     /// How many of those that could be told are named, and how many there are.
-    pub fn separable(&self) -> [usize; 2] {
-        let told = self.hidden.iter().zip(&self.sigmas).filter(|(_, sigmas)| **sigmas >= SEPARABLE);
+    pub fn separable(&self, by: Counted) -> [usize; 2] {
+        let told = self.hidden.iter().zip(&self.sigmas).filter(|(_, sigmas)| by(sigmas) >= SEPARABLE);
         told.fold([0; 2], |[named, of], ((name, _), _)| [named + usize::from(self.named.contains(name)), of + 1])
     }
 
@@ -93,16 +106,21 @@ impl Twin {
     }
 }
 
-/// Size of an effect over the larger sigma of its number in the two configurations.
-fn in_sigmas(effect: &Effect, known: &[(String, f64)]) -> f64 {
+/// Whether a number, of whichever configuration, has this name.
+pub fn is_of(known: &Known, name: &str) -> bool {
+    known.name.split('[').next() == Some(name)
+}
+
+/// An effect by its number in the configuration that knows it worse.
+fn in_sigmas(effect: &Effect, known: &[Known]) -> Sigmas {
     let (name, value) = effect.number;
-    let (name, size) = match name {
-        "gain_top" => (name, 1.0 - value),
-        _ => (name, value),
-    };
-    let of_number = known.iter().filter(|(known, _)| known.split('[').next() == Some(name));
-    let sigma = of_number.map(|(_, sigma)| *sigma).fold(0.0, f64::max);
-    if sigma > 0.0 { size.abs() / sigma } else { 0.0 }
+    let size = if name == "gain_top" { value - 1.0 } else { value };
+    let of_number = known.iter().filter(|known| is_of(known, name) && known.sigma > 0.0);
+    let worse = of_number.max_by(|a, b| a.sigma.total_cmp(&b.sigma));
+    worse.map_or(Sigmas { size: 0.0, outside: 0.0 }, |Known { sigma, open: [low, high], .. }| Sigmas {
+        size: size.abs() / sigma,
+        outside: (low - size).max(size - high).max(0.0) / sigma,
+    })
 }
 
 #[cfg(test)]
@@ -113,7 +131,7 @@ mod tests {
     fn a_twin_is_judged_by_its_first_name_and_by_what_is_not_there() {
         let twin = |hidden: &[&str], named: &[&str], alike: &[&str]| Twin {
             hidden: hidden.iter().map(|name| ((*name).to_owned(), String::new())).collect(),
-            sigmas: [4.0, 2.0][..hidden.len()].to_vec(),
+            sigmas: [4.0, 2.0].map(|size| Sigmas { size, outside: size - 2.0 })[..hidden.len()].to_vec(),
             named: named.iter().map(|name| (*name).to_owned()).collect(),
             alike: alike.iter().map(|name| (*name).to_owned()).collect(),
             refused: None,
@@ -125,18 +143,22 @@ mod tests {
         let second = twin(&["fin_gain"], &["dvl_delay", "fin_gain"], &["fin_gain"]);
         assert!(!second.is_first_right() && second.is_first_right_or_alike() && second.false_alarms().count() == 1);
         assert!(!twin(&["fin_gain"], &[], &[]).is_first_right());
-        assert!(twin(&[], &[], &[]).is_first_right() && !twin(&[], &[], &[]).is_separable());
+        let (from_none, outside): (Counted, Counted) = (|s| s.size, |s| s.outside);
+        assert!(twin(&[], &[], &[]).is_first_right() && !twin(&[], &[], &[]).is_separable(from_none));
         let two = twin(&["fin_gain", "dvl_scale"], &["dvl_scale"], &[]);
-        assert!(two.is_separable() && two.separable() == [0, 1]);
+        assert!(two.is_separable(from_none) && two.separable(from_none) == [0, 1]);
+        assert!(!two.is_separable(outside) && two.separable(outside) == [0, 0]);
     }
 
     #[test]
     fn an_effect_is_measured_by_the_worse_of_its_configurations() {
-        let known =
-            [("buoyancy_kg[0]".to_owned(), 0.1), ("buoyancy_kg[1]".to_owned(), 0.2), ("gain_top".to_owned(), 0.1)];
+        let known = [("buoyancy_kg[0]", 0.1, 0.05), ("buoyancy_kg[1]", 0.2, 0.1), ("gain_top", 0.1, 0.1)];
+        let known = known.map(|(name, sigma, open)| Known { name: name.to_owned(), sigma, open: [-open, open] });
         let of = |number| in_sigmas(&Effect { name: "any", number }, &known);
-        assert_eq!(of(("buoyancy_kg", -0.5)), 2.5);
-        assert!((of(("gain_top", 0.6)) - 4.0).abs() < 1e-12);
-        assert_eq!(of(("dvl_scale", 0.1)), 0.0);
+        assert_eq!(of(("buoyancy_kg", -0.5)), Sigmas { size: 2.5, outside: 2.0 });
+        let gain = of(("gain_top", 0.6));
+        assert!((gain.size - 4.0).abs() < 1e-12 && (gain.outside - 3.0).abs() < 1e-12);
+        assert_eq!(of(("gain_top", 1.05)).outside, 0.0);
+        assert_eq!(of(("dvl_scale", 0.1)), Sigmas { size: 0.0, outside: 0.0 });
     }
 }
