@@ -11,6 +11,9 @@ use std::f64::consts::PI;
 
 /// Speed of the default mission, m/s.
 const MISSION_MPS: f64 = 1.0;
+/// An end that rises by this share of the diameter lifts enough of a floating hull out of the water to hold it up there: a
+/// hull of 5.5 m dives at a quarter, not at a third.
+const TAIL_OUT: f64 = 0.3;
 /// No survey vehicle is faster, m/s: by their data sheets they make 2 to 3, and the backseat flies no leg faster than 3.
 const TOO_FAST_MPS: f64 = 5.0;
 
@@ -327,11 +330,12 @@ fn flight_misfit(p: &VehicleParameters, model: &VehicleModel, flight: &ShortFlig
     let Some(trim) = Trim::solve(model, wanted_mps) else { return misfit("vehicle", found) };
     let mut key = "vehicle";
     let tail_m = 0.5 * p.length_m * trim.pitch_rad.sin().abs();
-    if !flight.is_down() && tail_m > 0.5 * p.diameter_m {
+    if !flight.is_down() && tail_m > TAIL_OUT * p.diameter_m {
         key = "vehicle.displaced_mass_kg";
+        let how = if tail_m > 0.5 * p.diameter_m { "out" } else { "partly out" };
         found += &format!(
             "; against {:+.1} N of buoyancy level flight at {wanted_mps} m/s is pitched by {:.1} degrees, which lifts an end \
-             of the hull {tail_m:.2} m: out of the water where the dive begins. Trim it nearer to neutral, or fly faster",
+             of the hull {tail_m:.2} m: {how} of the water where the dive begins. Trim it nearer to neutral, or fly faster",
             (p.displaced_mass_kg - p.mass_kg) * p.g_mps2,
             trim.pitch_rad.to_degrees().abs()
         );
@@ -421,7 +425,8 @@ mod tests {
         assert!(cork.contains("no level flight at 1 m/s"), "{cork}");
         let strong = of(&|p| p.beta5_n_s2_per_rad2 *= 100.0);
         assert!(strong.starts_with("propeller.beta5_n_s2_per_rad2: top speed 18.8 m/s"), "{strong}");
-        for (diameter_m, mass_kg, buoyancy) in [(0.5, 1000.0, "+38.7 N"), (0.6, 1300.0, "+50.3 N")] {
+        let sizes = [(0.5, 1000.0, "+38.7 N"), (0.6, 1300.0, "+50.3 N"), (0.7, 1000.0, "+38.7 N")];
+        for (diameter_m, mass_kg, buoyancy) in sizes {
             let large = textbook::Sizes { length_m: Some(5.5), diameter_m: Some(diameter_m), mass_kg: Some(mass_kg) };
             let large = unflyable(&large.scale(&VehicleFile::reference())).unwrap().unwrap_or_default();
             assert!(large.contains(&format!("{buoyancy} of buoyancy")), "{large}");
