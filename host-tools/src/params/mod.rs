@@ -134,6 +134,9 @@ enum Action {
 
 /// What the key is called; it is in no list, because a list is read.
 const KEY: &str = "app.acoustic_key";
+/// What a board's pins do, which it reads once.
+const AT_START: [&str; 5] =
+    ["app.abort_line", "app.drop_weight", "app.leak_detector", "app.supply_measured", "app.supply_ratio"];
 
 /// `NAME=VALUE`.
 #[derive(Clone, Debug, PartialEq)]
@@ -250,9 +253,12 @@ fn set(common: &Common, values: &[(String, f64)], key: Option<Key>, unlock: bool
         before.iter().any(|parameter| parameter.name == name && parameter.effect() == Some(Effect::Restart))
     };
     let restarting: Vec<&str> = changed.iter().map(|(name, ..)| name.as_str()).filter(|name| restarts(name)).collect();
+    let at_start: Vec<&str> =
+        changed.iter().map(|(name, ..)| name.as_str()).filter(|name| AT_START.contains(name)).collect();
     let mut json = json!({
         "set": values.len(),
         "restarts_navigation": !restarting.is_empty(),
+        "at_start_of_the_board": at_start,
         "changed": changed.iter().map(|(name, from, to)| json!({"name": name, "from": from, "to": to})).collect::<Vec<_>>(),
     });
     let mut text = format!("{} parameters set, {} of them changed\n", values.len(), changed.len());
@@ -261,6 +267,9 @@ fn set(common: &Common, values: &[(String, f64)], key: Option<Key>, unlock: bool
     }
     if !restarting.is_empty() {
         text += &format!("navigation starts again, as it does for {}\n", restarting.join(", "));
+    }
+    if !at_start.is_empty() {
+        text += &format!("a board reads {} when it starts: store them, and start it again\n", at_start.join(", "));
     }
     if let Some(key) = key {
         json[KEY] = json!(format!("{key:?}"));

@@ -55,7 +55,10 @@ fn set_is_all_or_nothing_and_tells_each_refusal() {
     );
     assert!(text.contains("navigation starts again, as it does for vehicle.mass_kg"), "{text}");
     let text = bench.good(&["params", "set", "PORT", "installation.sound_speed_mps=1501"]);
-    assert!(!text.contains("navigation"), "{text}");
+    assert!(!text.contains("navigation") && !text.contains("start"), "{text}");
+    let text = bench.good(&["params", "set", "PORT", "app.leak_detector=2", "app.use_dvl=0"]);
+    assert!(text.contains("a board reads app.leak_detector when it starts: store"), "{text}");
+    bench.good(&["params", "set", "PORT", "app.leak_detector=0", "app.use_dvl=1"]);
     let values = ["vehicle.mass_kg=40", "vehicle.weight_kg=40", "installation.sound_speed_mps=15", "app.use_dvl=0.5"];
     let line = bench.complaint(&[&["params", "set", "PORT"], &values[..]].concat());
     for part in [
