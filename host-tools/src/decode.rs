@@ -18,7 +18,7 @@ use backseat_logs::{Column, LogRow};
 use backseat_wire::calendar::DAY_US;
 use backseat_wire::hostlink::{
     Crash, Decoder, Estimates, FromBoard, FusionTelemetry, Identification, ImageId, Mode, ModeReason, Naming, Port,
-    Restart, Telemetry, ToBoard,
+    Restart, Steered, Telemetry, ToBoard,
 };
 
 /// A decoded record with its time by the log's clock.
@@ -55,6 +55,7 @@ pub enum EventKind {
     Learnt,
     Fault,
     Naming,
+    Helm,
     Recorder,
     Loss,
 }
@@ -67,6 +68,7 @@ impl EventKind {
             Self::Learnt => "learnt",
             Self::Fault => "fault",
             Self::Naming => "naming",
+            Self::Helm => "helm",
             Self::Recorder => "recorder",
             Self::Loss => "loss",
         }
@@ -116,6 +118,7 @@ impl Crashes {
 struct BoardRecords {
     mode: Option<(Mode, ModeReason)>,
     naming: Option<Naming>,
+    steered: bool,
     input: Option<ActuatorInput>,
     /// Telemetry has the commands: the frontseat's echo is not needed.
     heard: bool,
@@ -297,6 +300,10 @@ impl Decoding {
                         say(out, EventKind::Naming, words::naming(&naming).1);
                     }
                     self.board.naming = Some(naming);
+                }
+                Ok(FromBoard::Steered(Steered { by_host, .. })) if self.board.steered != by_host.is_some() => {
+                    self.board.steered = by_host.is_some();
+                    say(out, EventKind::Helm, words::steered(by_host.as_ref()));
                 }
                 Ok(FromBoard::Fault(report)) => say(out, EventKind::Fault, words::fault(&report).1),
                 _ => {}

@@ -399,6 +399,9 @@ impl Backseat {
             self.links.rejected(&self.parameters.active().app),
         );
         report(out, &FromBoard::Telemetry(record));
+        if let Some(steered) = self.steering.take_steered(now_us) {
+            report(out, &FromBoard::Steered(steered));
+        }
         if let Some(identification) = self.adaptation.report(now_us) {
             report(out, &FromBoard::Identification(identification));
         }

@@ -6,19 +6,23 @@ use crate::consequences::Fins;
 use crate::held::Held;
 use crate::links::actuators_of;
 use crate::parameters::{AppSettings, ControlMode};
-use crate::time::micros;
+use crate::telemetry;
+use crate::time::{STEP_US, micros};
 use crate::wiggle::Wiggle;
 use backseat_core::control::mission::{Mission, MissionStatus, Waypoint};
 use backseat_core::control::trackline::Segment;
 use backseat_core::control::{Aside, ControlConfig, ControlError, Controller, HelmCommand};
 use backseat_core::dynamics::{ActuatorInput, VehicleModel};
 use backseat_core::state::VehicleState;
+use backseat_wire::hostlink::Steered;
 use backseat_wire::iver::ServoBytes;
 use heapless::Vec;
 
 /// What the host steers holds for so long, µs: it says it twice a second, so that three may be lost, and a vehicle that
 /// nobody steers any more goes six metres at most.
 const HELM_US: u64 = 2_000_000;
+/// How often it is told while the host steers the same, µs.
+const STEERED_US: u64 = 10_000_000;
 /// An echo of the motor that differs more from the command shows that somebody else commands it. The propeller's rate
 /// and the echo's age cause smaller differences, except in the first second.
 const MOTOR_COUNTS: u8 = 16;
@@ -81,6 +85,8 @@ pub struct Steering {
     pub disobeyed_since_us: Option<u64>,
     /// What the host steers instead of the leg, and until when, µs.
     helm: Held<(HelmCommand, u64)>,
+    /// What the host was told last that it steers.
+    told: Held<HelmCommand>,
 }
 
 impl Steering {
@@ -98,6 +104,7 @@ impl Steering {
             echo_us: None,
             disobeyed_since_us: None,
             helm: Held::none(),
+            told: Held::none(),
         }
     }
 
@@ -186,6 +193,17 @@ impl Steering {
             self.helm.clear();
         }
         self.controller.set_helm(self.helm().copied());
+    }
+
+    /// Who steers, where that is news.
+    pub fn take_steered(&mut self, now_us: u64) -> Option<Steered> {
+        let helm = self.helm().copied().filter(|_| self.under_way());
+        if helm == self.told.get().copied() && (helm.is_none() || now_us % STEERED_US >= STEP_US) {
+            return None;
+        }
+        self.told.clear();
+        helm.into_iter().for_each(|helm| self.told.set(helm));
+        Some(telemetry::steered(now_us, helm))
     }
 
     /// Departs from the leg, or follows it again.

@@ -1,12 +1,14 @@
 //! The records of each step for the host.
 
 use crate::estimator::Estimator;
+use backseat_core::control::HelmCommand;
 use backseat_core::dynamics::ActuatorInput;
 use backseat_core::navigation::naming::Statement;
 use backseat_core::navigation::{FusionOutcome, FusionRecord, Navigator, ShipReport};
-use backseat_core::state::{VEHICLE_STATES, X, Y};
+use backseat_core::state::{VEHICLE_STATES, X, Y, wrap_angle};
 use backseat_wire::hostlink::{
-    Decision, Estimate, Estimates, FusionTelemetry, Mode, ModeReason, NamedCause, Naming, Question, Ship, Telemetry,
+    Decision, Estimate, Estimates, FusionTelemetry, Held, Mode, ModeReason, NamedCause, Naming, Question, Ship,
+    Steered, Telemetry,
 };
 
 /// The record of a step.
@@ -79,6 +81,16 @@ pub fn naming(statement: &Statement, decision: Option<Decision>, question: Optio
         });
     }
     Naming { time_us: statement.time_us, unexplained: statement.unexplained, named, decision, question }
+}
+
+/// What the host steers, or that it does not.
+pub fn steered(time_us: u64, helm: Option<HelmCommand>) -> Steered {
+    let by_host = helm.map(|HelmCommand { heading_rad, depth_m, speed_mps }| Held {
+        heading_rad: wrap_angle(heading_rad) as f32,
+        depth_m: depth_m as f32,
+        speed_mps: speed_mps as f32,
+    });
+    Steered { time_us, by_host }
 }
 
 /// The ship as a packet reports it.

@@ -224,6 +224,9 @@ impl Sides {
         if let (Some(node), What::Event(EventKind::Naming, statement)) = (&mut self.ros2, &found.what) {
             node.name_causes(statement);
         }
+        if let (Some(_), What::Event(EventKind::Helm, steered)) = (&self.commands, &found.what) {
+            self.answer(steered, utc_us as f64 * 1e-6);
+        }
         let What::Telemetry(telemetry) = found.what else { return Ok(()) };
         if let Some(node) = &mut self.ros2 {
             node.diagnose(telemetry, utc_us, arrived);
@@ -258,13 +261,16 @@ impl Sides {
         if let Some(node) = &mut self.ros2 {
             node.attend(commands);
         }
-        for answer in answers.try_iter() {
-            if let Some(moos) = &self.moos {
-                moos.answer(&answer, utc_s);
-            }
-            if let Some(node) = &self.ros2 {
-                node.answer(answer);
-            }
+        answers.try_iter().for_each(|answer| self.answer(&answer, utc_s));
+    }
+
+    /// Says it to those who may ask.
+    fn answer(&self, text: &str, utc_s: f64) {
+        if let Some(moos) = &self.moos {
+            moos.answer(text, utc_s);
+        }
+        if let Some(node) = &self.ros2 {
+            node.answer(text.to_owned());
         }
     }
 

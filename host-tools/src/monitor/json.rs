@@ -27,6 +27,7 @@ pub fn object(model: &Model, now_us: u64, seen: u64) -> (Value, u64) {
         "mode": record.map(|record| words::mode_name(record.mode)),
         "reason": record.map(|record| words::reason(record.reason)),
         "leg": record.and_then(|record| record.leg),
+        "helm": model.helm(),
         "waypoints": model.mission.len(),
         "navigation": model.position().map(navigation),
         "ship": model.ship,

@@ -3,8 +3,8 @@
 use backseat_app::{App, Progress, Pump};
 use backseat_wire::hostlink::{
     Chunk, Decoder, Estimates, FaultReport, FromBoard, FusionTelemetry, Health, Identification, Images, KeptCrash,
-    LearntStored, MAX_FRAME, MAX_MESSAGE, Naming, Port, Refusal, Restart, Ship, Signed, Step, StepDone, Telemetry,
-    ToBoard, Waypoint, encode,
+    LearntStored, MAX_FRAME, MAX_MESSAGE, Naming, Port, Refusal, Restart, Ship, Signed, Steered, Step, StepDone,
+    Telemetry, ToBoard, Waypoint, encode,
 };
 use std::collections::VecDeque;
 use std::convert::Infallible;
@@ -40,6 +40,7 @@ pub struct Heard {
     pub faults: Vec<FaultReport>,
     pub estimates: Vec<Estimates>,
     pub naming: Vec<Naming>,
+    pub steered: Vec<Steered>,
     pub challenges: Vec<(u64, u64)>,
     pub images: Option<Images>,
 }
@@ -77,6 +78,7 @@ impl Listener {
                 FromBoard::Fault(report) => heard.faults.push(report),
                 FromBoard::Estimates(estimates) => heard.estimates.push(estimates),
                 FromBoard::Naming(naming) => heard.naming.push(naming),
+                FromBoard::Steered(steered) => heard.steered.push(steered),
                 FromBoard::Fence { corner_m, .. } => heard.corners_m.extend(corner_m),
                 FromBoard::Key { set } => {
                     heard.answers.push(Ok(()));

@@ -6,7 +6,8 @@ use crate::flight::{parameters, start, start_along};
 use crate::safety::{LONG, flying, stopped, until_ended};
 use crate::world::World;
 use backseat_core::state::{PSI, U, X, Y, Z, wrap_angle};
-use backseat_wire::hostlink::{Mode, ModeReason, Refusal, ToBoard, Waypoint};
+use backseat_wire::hostlink::{Held, Mode, ModeReason, Refusal, ToBoard, Waypoint};
+use std::f64::consts::TAU;
 
 /// It may.
 const MAY: (&str, f64) = ("app.helm", 1.0);
@@ -66,6 +67,29 @@ fn it_holds_for_two_seconds() {
     let steer = world.last_steer.expect("a command");
     assert!((steer.depth_m - 4.0).abs() < 0.1 && (steer.speed_mps - 1.3).abs() < 0.1, "{steer:?}");
     assert!(!holds(&mut world, &mut board, 6), "2.5 s");
+}
+
+/// Who steers is told when it changes and every ten seconds; who flies a leg, never.
+#[test]
+fn it_is_told_who_steers() {
+    let (mut world, mut board) = flying(&[MAY], 60);
+    assert!(board.heard().steered.is_empty());
+    steer(&mut world, &mut board, 25, &helm(1.2 - TAU, 5.0, 1.3));
+    steer(&mut world, &mut board, 1, &helm(1.0, 5.0, 1.3));
+    world.run(&mut board, 20);
+    let told = std::mem::take(&mut board.heard().steered);
+    let values = |held: &Held| [held.heading_rad, held.depth_m, held.speed_mps];
+    let told: Vec<_> = told.iter().map(|steered| steered.by_host.as_ref().map(values)).collect();
+    let [first, middle @ .., otherwise, end] = &told[..] else { panic!("{told:?}") };
+    assert_eq!((*first, *otherwise, *end), (Some([1.2, 5.0, 1.3]), Some([1.0, 5.0, 1.3]), None));
+    assert!((2..=3).contains(&middle.len()) && middle.iter().all(|told| told == first), "{told:?}");
+    // and at the end of the mission
+    request_all(&mut board, &[helm(1.0, 5.0, 1.3)]);
+    world.run(&mut board, 1);
+    request_all(&mut board, &[ToBoard::MissionStop]);
+    world.run(&mut board, 1);
+    let told: Vec<_> = board.heard().steered.iter().map(|steered| steered.by_host.is_some()).collect();
+    assert_eq!(told, [true, false]);
 }
 
 #[test]

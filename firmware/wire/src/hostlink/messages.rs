@@ -197,6 +197,26 @@ pub struct Ship {
     pub sigma_m: f64,
 }
 
+/// Who steers while a mission is under way.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Steered {
+    /// Board time, µs.
+    pub time_us: u64,
+    /// What is held as a host asked for; none: the mission's leg is flown.
+    pub by_host: Option<Held>,
+}
+
+/// What a host has the vehicle hold.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Held {
+    /// True heading, rad.
+    pub heading_rad: f32,
+    /// Depth, m.
+    pub depth_m: f32,
+    /// Speed through the water, m/s.
+    pub speed_mps: f32,
+}
+
 /// A declared parameter of the board.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ParameterInfo<'a> {
@@ -403,4 +423,6 @@ pub enum FromBoard<'a> {
     Images(Images),
     /// After each `Restart`, once for every earlier crash that no card has got yet, the oldest first.
     EarlierCrash(KeptCrash),
+    /// When a host begins to steer, steers otherwise, and ends; every ten seconds while it steers.
+    Steered(Steered),
 }

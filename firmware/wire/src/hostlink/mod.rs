@@ -25,8 +25,8 @@ pub use identification::{
 };
 pub use images::{Image, ImageId, Images, StoredImage, UPDATE_CHUNK};
 pub use messages::{
-    Chunk, FromBoard, FusionTelemetry, MAX_CHUNKS, MAX_FENCE_CORNERS, MAX_PPS, ParameterInfo, Port, ResetCause,
-    Restart, Ship, Step, StepDone, Telemetry, ToBoard, Waypoint,
+    Chunk, FromBoard, FusionTelemetry, Held, MAX_CHUNKS, MAX_FENCE_CORNERS, MAX_PPS, ParameterInfo, Port, ResetCause,
+    Restart, Ship, Steered, Step, StepDone, Telemetry, ToBoard, Waypoint,
 };
 pub use mode::{Mode, ModeReason};
 pub use refusal::Refusal;

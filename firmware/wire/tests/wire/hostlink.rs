@@ -1,8 +1,8 @@
 use backseat_wire::Error;
 use backseat_wire::hostlink::{
-    BoardLog, Chunk, Decoder, Fittings, FromBoard, FusionTelemetry, Hardware, Health, ImageId, KeptCrash, LogState,
-    MAX_CHUNKS, MAX_FRAME, MAX_PPS, Mode, ModeReason, Oscillator, ParameterInfo, Port, Refusal, ReleaseReason, Stack,
-    Step, StepDone, Telemetry, ToBoard, Waypoint, encode,
+    BoardLog, Chunk, Decoder, Fittings, FromBoard, FusionTelemetry, Hardware, Health, Held, ImageId, KeptCrash,
+    LogState, MAX_CHUNKS, MAX_FRAME, MAX_PPS, Mode, ModeReason, Oscillator, ParameterInfo, Port, Refusal,
+    ReleaseReason, Stack, Steered, Step, StepDone, Telemetry, ToBoard, Waypoint, encode,
 };
 
 fn largest_step() -> ToBoard<'static> {
@@ -107,6 +107,11 @@ fn every_message_survives() {
             fittings: Fittings { released: Some(ReleaseReason::NoAscent), ..Fittings::default() },
         }),
         FromBoard::EarlierCrash(KeptCrash { overwritten: u32::MAX, ..KeptCrash::default() }),
+        FromBoard::Steered(Steered {
+            time_us: u64::MAX,
+            by_host: Some(Held { heading_rad: -1.5, depth_m: 300.0, speed_mps: 3.0 }),
+        }),
+        FromBoard::Steered(Steered { time_us: 0, by_host: None }),
     ];
     let mut stream = Vec::new();
     let mut buffer = [0; MAX_FRAME];

@@ -26,6 +26,7 @@ pub const SHIP: &str = "ship";
 pub const FAULT: &str = "fault";
 pub const ESTIMATES: &str = "estimates";
 pub const NAMING: &str = "naming";
+pub const STEERED: &str = "steered";
 
 /// To the board, or from it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -183,6 +183,7 @@ impl Writer {
                 FromBoard::Ship(ship) => self.json(format::SHIP, time_us, &ship),
                 FromBoard::Fault(report) => self.json(format::FAULT, time_us, &report),
                 FromBoard::Naming(naming) => self.json(format::NAMING, time_us, &naming),
+                FromBoard::Steered(steered) => self.json(format::STEERED, time_us, &steered),
                 FromBoard::Estimates(estimates) => {
                     self.json(format::ESTIMATES, time_us, &EstimatesRow::from(&estimates).at(time_us))
                 }

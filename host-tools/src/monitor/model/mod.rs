@@ -5,6 +5,7 @@ mod enquiry;
 mod journal;
 mod learned;
 mod link;
+mod mission;
 mod sources;
 mod trend;
 pub mod words;
@@ -19,7 +20,7 @@ use backseat_app::parameters::{self, PARAMETER_SCHEMA, Settings};
 use backseat_core::identification::theta::{self, theta_of};
 use backseat_wire::hostlink::{
     Decoder, Estimates, FaultReport, FromBoard, Health, Identification, ImageId, KeptCrash, LogState, Mode, Naming,
-    Port, Refusal, Restart, Ship, Telemetry, ToBoard, Waypoint,
+    Port, Refusal, Restart, Ship, Steered, Telemetry, ToBoard, Waypoint,
 };
 use enquiry::Enquiry;
 use learned::Learned;
@@ -76,6 +77,7 @@ pub struct Model {
     pub estimates: Option<Estimates>,
     /// What the board names of what has changed.
     pub naming: Option<Naming>,
+    steered: Option<Steered>,
     current: Thinned<f64>,
     pub journal: Journal,
 }
@@ -110,6 +112,7 @@ impl Model {
             learned: Learned::default(),
             estimates: None,
             naming: None,
+            steered: None,
             current: Thinned::new(TREND),
             journal: Journal::default(),
         }
@@ -294,6 +297,7 @@ impl Model {
                     self.note(severity, text);
                 }
             }
+            FromBoard::Steered(steered) => self.steered(steered),
             FromBoard::Fault(report) => {
                 let before = self.fault.replace(report);
                 if before.is_none_or(|before| before.state != report.state) {
@@ -358,21 +362,6 @@ impl Model {
         }
     }
 
-    fn leg_changed(&mut self, before: Option<u16>, record: &Telemetry) {
-        match (before, record.leg) {
-            (None, Some(leg)) => {
-                self.enquiry.hurry();
-                self.note(Severity::Info, format!("mission under way, leg {}", leg + 1));
-            }
-            (Some(_), None) if record.mode == Mode::Navigating || record.mode == Mode::Degraded => {
-                self.note(Severity::Info, "mission flown to its end".into());
-            }
-            (Some(_), None) => self.note(Severity::Warning, "mission ended before its time".into()),
-            (Some(before), Some(leg)) if before != leg => self.note(Severity::Info, format!("leg {}", leg + 1)),
-            _ => {}
-        }
-    }
-
     fn turned(&mut self, sensor: &str, turn: Turn) {
         match turn {
             Turn::Rejected(sigmas) => {
@@ -395,6 +384,7 @@ impl Model {
         self.current.clear();
         self.learned.forget();
         self.estimates = None;
+        self.steered = None;
         self.enquiry.restart();
         self.note(Severity::Warning, "the board started again".into());
     }
@@ -478,18 +468,6 @@ impl Model {
             self.journal.note(self.when(), Severity::Warning, text);
         }
         self.health = Some(health);
-    }
-
-    fn waypoint(&mut self, index: u16, count: u16, waypoint: Option<Waypoint>) {
-        self.enquiry.waypoint(index, count);
-        let (index, count) = (usize::from(index), usize::from(count));
-        match waypoint {
-            Some(waypoint) if index < self.mission.len() => self.mission[index] = waypoint,
-            // in order, so that none is missing in between
-            Some(waypoint) if index == self.mission.len() => self.mission.push(waypoint),
-            _ => {}
-        }
-        self.mission.truncate(count);
     }
 }
 

@@ -4,7 +4,7 @@ use super::*;
 use backseat_app::parameters::{PARAMETERS, ParameterStore};
 use backseat_core::navigation::Sensor;
 use backseat_wire::hostlink::{
-    Activity, BoardLog, Crash, FusionTelemetry, Hardware, ImageId, MAX_FRAME, ModeReason, Oscillator, Stack,
+    Activity, BoardLog, Crash, FusionTelemetry, Hardware, Held, ImageId, MAX_FRAME, ModeReason, Oscillator, Stack,
     Visibility, encode,
 };
 
@@ -307,6 +307,27 @@ fn alarms_tell_what_is_wrong_and_stop_when_it_is_not() {
     let restart = Restart { cause: backseat_wire::hostlink::ResetCause::Watchdog, resets: 3, safe: true, crash: None };
     feed(&mut model, time_us, &FromBoard::Restart(restart));
     assert_eq!(alarms(&model, time_us), ["reset too often by faults"]);
+}
+
+#[test]
+fn it_is_shown_who_steers() {
+    let (mut model, now_us) = flying();
+    let held = Held { heading_rad: -0.5, depth_m: 2.0, speed_mps: 1.2 };
+    let told = |time_us, by_host| FromBoard::Steered(Steered { time_us, by_host });
+    feed(&mut model, now_us, &told(now_us, Some(held)));
+    feed(&mut model, now_us, &told(now_us, Some(Held { heading_rad: 1.0, ..held })));
+    feed(&mut model, now_us, &told(now_us, Some(held)));
+    assert_eq!(texts(&model).last(), Some(&"a host steers: 331° 2.0 m 1.20 m/s"));
+    let (object, _) = crate::monitor::json::object(&model, now_us, 0);
+    assert_eq!(object["helm"]["depth_m"], 2.0);
+    feed(&mut model, now_us, &told(now_us, None));
+    assert_eq!((model.helm(), texts(&model).last()), (None, Some(&"no host steers any more")));
+    // its end was not heard
+    feed(&mut model, now_us, &told(now_us, Some(held)));
+    for step in STEPS..STEPS + 125 {
+        feed(&mut model, now_us, &FromBoard::Telemetry(record(step)));
+        assert_eq!(model.helm().is_some(), step < STEPS + 119, "step {step}");
+    }
 }
 
 #[test]

@@ -3,7 +3,7 @@
 use super::Severity;
 use backseat_link::named;
 use backseat_wire::hostlink::{
-    Activity, FaultCause, FaultDiagnosis, FaultReport, FaultState, FittingState, LearntStored, LogState, Mode,
+    Activity, FaultCause, FaultDiagnosis, FaultReport, FaultState, FittingState, Held, LearntStored, LogState, Mode,
     ModeReason, Naming, Oscillator, ReleaseReason,
 };
 
@@ -130,6 +130,17 @@ fn diagnosis_text(diagnosis: &FaultDiagnosis) -> String {
     };
     let rival = diagnosis.rival.map(|rival| format!(", or {}", cause(rival))).unwrap_or_default();
     format!("{}, {size}{rival} (confidence {:.2})", cause(diagnosis.cause), diagnosis.confidence)
+}
+
+/// Who steers.
+pub fn steered(by_host: Option<&Held>) -> String {
+    by_host.map_or_else(|| "no host steers any more".to_owned(), |held| format!("a host steers: {}", helm(held)))
+}
+
+/// What a host has the vehicle hold.
+pub fn helm(held: &Held) -> String {
+    let heading_deg = held.heading_rad.to_degrees().round().rem_euclid(360.0);
+    format!("{heading_deg:03.0}° {:.1} m {:.2} m/s", held.depth_m, held.speed_mps)
 }
 
 /// What the board names of what has changed.

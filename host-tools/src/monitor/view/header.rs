@@ -61,6 +61,9 @@ fn mode(model: &Model, now_us: u64) -> Line<'static> {
         (None, count) => format!("  {count} waypoints"),
     };
     spans.push(Span::raw(leg));
+    if let Some(held) = model.helm() {
+        spans.push(Span::raw(format!("  host steers {}", words::helm(&held))));
+    }
     spans.push(Span::raw(format!("  {}", words::time_of_day(record.utc_us, record.time_us))));
     Line::from(spans)
 }
