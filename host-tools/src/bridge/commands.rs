@@ -1,13 +1,13 @@
 //! What comes back: a mission for the board, its start, its stop, as `backseat mission` does them; what a helm wants.
 
-use super::helm::{LastOrder, Order};
+use super::helm::{LastOrder, Order, Wish};
 use crate::mission;
 use backseat_analysis::mission_file;
 use backseat_link::board::{Board, PortName};
 use backseat_wire::ship_state::Key;
 use std::path::Path;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// Longest text that is looked at, bytes: the longest mission of a board is a tenth of it.
 const LONGEST: usize = 65_536;
@@ -15,6 +15,10 @@ const LONGEST: usize = 65_536;
 const QUEUE: usize = 4;
 /// How often an order of a helm is looked for.
 const LOOK: Duration = Duration::from_millis(50);
+
+/// The board took an order so short a time ago that its helm steers: it holds for two seconds and is asked for twice a
+/// second.
+const STEERS: Duration = Duration::from_secs(4);
 
 /// Where the sides hand in what they are asked.
 #[derive(Clone)]
@@ -33,20 +37,20 @@ impl Commands {
         let own = orders.clone();
         std::thread::spawn(move || {
             let refused = |error: anyhow::Error| format!("refused: {error:#}");
-            let mut last = None;
+            let (mut last, mut held) = (None, None);
             loop {
                 let (side, answer) = match asked.recv_timeout(LOOK) {
                     Ok((side, text)) => (side, carry_out(&port, key, &text).unwrap_or_else(refused)),
                     Err(RecvTimeoutError::Disconnected) => return,
                     Err(RecvTimeoutError::Timeout) => {
                         let Some(order) = own.take() else { continue };
-                        let refusal = steer(&port, key, &order).err().map(refused);
-                        if last == refusal {
+                        let answer = steer(&port, key, order.wish, &mut held).unwrap_or_else(|why| Some(refused(why)));
+                        if last == answer {
                             continue;
                         }
-                        last.clone_from(&refusal);
-                        let Some(refusal) = refusal else { continue };
-                        ("MOOS", refusal)
+                        last.clone_from(&answer);
+                        let Some(answer) = answer else { continue };
+                        ("MOOS", answer)
                     }
                 };
                 eprintln!("bridge: asked by {side}: {answer}");
@@ -84,8 +88,22 @@ impl Commands {
     }
 }
 
-fn steer(port: &PortName, key: Key, order: &Order) -> anyhow::Result<()> {
-    Board::connect(port, key)?.helm(order.heading_rad, order.depth_m, order.speed_mps)
+/// Asks the board for what a helm wants; what there is to say. `held`: when it last took something to hold.
+fn steer(port: &PortName, key: Key, wish: Wish, held: &mut Option<Instant>) -> anyhow::Result<Option<String>> {
+    match wish {
+        Wish::Hold { heading_rad, depth_m, speed_mps } => {
+            Board::connect(port, key)?.helm(heading_rad, depth_m, speed_mps)?;
+            *held = Some(Instant::now());
+            Ok(None)
+        }
+        // the zero of a helm that does not steer, as it posts it before it is engaged, is none
+        Wish::Stop if held.is_none_or(|at| at.elapsed() > STEERS) => Ok(None),
+        Wish::Stop => {
+            Board::connect(port, key)?.stop_mission()?;
+            *held = None;
+            Ok(Some("stopped: the helm's speed is zero".to_owned()))
+        }
+    }
 }
 
 fn carry_out(port: &PortName, key: Key, text: &str) -> anyhow::Result<String> {

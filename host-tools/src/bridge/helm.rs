@@ -11,13 +11,19 @@ const FRESH: Duration = Duration::from_secs(2);
 /// The board is asked no more often; what it takes holds for two seconds.
 const PACE: Duration = Duration::from_millis(500);
 
-/// What the board is to hold.
+/// What a helm wants of the board.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Wish {
+    /// To hold this instead of the leg.
+    Hold { heading_rad: f64, depth_m: f64, speed_mps: f64 },
+    /// Its all-stop, a speed of zero: to end the mission, where the helm steers.
+    Stop,
+}
+
+/// A wish, and when the board is to be asked for it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Order {
-    pub heading_rad: f64,
-    pub depth_m: f64,
-    pub speed_mps: f64,
-    /// When it was made.
+    pub wish: Wish,
     at: Instant,
 }
 
@@ -36,16 +42,21 @@ impl Desired {
         }
     }
 
-    /// What the board is to be asked for now, if all values are fresh and it was not asked just before.
+    /// What the board is to be asked for now, if what it takes is fresh and it was not asked just before.
     pub fn due(&mut self, now: Instant) -> Option<Order> {
         if self.ordered.is_some_and(|at| now.duration_since(at) < PACE) {
             return None;
         }
-        let fresh = |value: Option<(f64, Instant)>| value.filter(|(_, at)| now.duration_since(*at) < FRESH);
-        let [(heading_deg, _), (depth_m, _), (speed_mps, _)] =
-            [fresh(self.values[0])?, fresh(self.values[1])?, fresh(self.values[2])?];
+        let [heading_deg, depth_m, speed_mps] =
+            self.values.map(|value| value.filter(|(_, at)| now.duration_since(*at) < FRESH).map(|(value, _)| value));
+        let speed_mps = speed_mps?;
+        let wish = if speed_mps == 0.0 {
+            Wish::Stop
+        } else {
+            Wish::Hold { heading_rad: heading_deg?.to_radians(), depth_m: depth_m?, speed_mps }
+        };
         self.ordered = Some(now);
-        Some(Order { heading_rad: heading_deg.to_radians(), depth_m, speed_mps, at: now })
+        Some(Order { wish, at: now })
     }
 }
 
@@ -83,8 +94,8 @@ mod tests {
         desired.take(1, Some(3.0), at(100));
         assert_eq!(desired.due(at(200)), None, "no speed");
         desired.take(2, Some(1.5), at(300));
-        let order = desired.due(at(300)).unwrap();
-        assert_eq!((order.heading_rad, order.depth_m, order.speed_mps), (std::f64::consts::FRAC_PI_2, 3.0, 1.5));
+        let wish = Wish::Hold { heading_rad: std::f64::consts::FRAC_PI_2, depth_m: 3.0, speed_mps: 1.5 };
+        assert_eq!(desired.due(at(300)).map(|order| order.wish), Some(wish));
         assert_eq!(desired.due(at(799)), None);
         assert!(desired.due(at(800)).is_some() && desired.due(at(1999)).is_some());
         assert_eq!(desired.due(at(2500)), None, "the heading has come two seconds before");
@@ -97,13 +108,27 @@ mod tests {
         assert_eq!(desired.due(at(3100)), None, "no number");
     }
 
+    /// A helm posts it once: it is asked for again, in case the port is taken, while it is fresh.
+    #[test]
+    fn a_speed_of_zero_is_an_all_stop_whatever_the_others_are() {
+        let begun = Instant::now();
+        let at = |ms| begun + Duration::from_millis(ms);
+        let mut desired = Desired::default();
+        desired.take(2, Some(0.0), at(0));
+        for ms in [0, 500, 1000, 1500] {
+            assert_eq!(desired.due(at(ms)), Some(Order { wish: Wish::Stop, at: at(ms) }));
+            assert_eq!(desired.due(at(ms + 100)), None);
+        }
+        assert_eq!(desired.due(at(2000)), None);
+    }
+
     #[test]
     fn an_order_is_taken_once_in_its_time() {
         let (orders, now) = (LastOrder::default(), Instant::now());
-        let order = |depth_m, at| Order { heading_rad: 1.0, depth_m, speed_mps: 1.0, at };
+        let order = |depth_m, at| Order { wish: Wish::Hold { heading_rad: 1.0, depth_m, speed_mps: 1.0 }, at };
         orders.set(order(1.0, now));
         orders.set(order(2.0, now));
-        assert_eq!(orders.take().map(|order| order.depth_m), Some(2.0));
+        assert_eq!(orders.take(), Some(order(2.0, now)));
         assert_eq!(orders.take(), None);
         if let Some(before) = now.checked_sub(PACE) {
             orders.set(order(3.0, before));

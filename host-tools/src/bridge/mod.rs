@@ -60,7 +60,7 @@ or a build with `--features ros2`. Times are the board's UTC; this computer's be
 With --accept whoever reaches the MOOSDB or the ROS 2 domain commands the board: the string BACKSEAT_MISSION, or
 /NAME/mission (std_msgs/String), is `start`, `stop` or the text of a mission file. BACKSEAT_ANSWER and /NAME/answer say
 what became of it. DESIRED_HEADING (degrees), DESIRED_DEPTH (m) and DESIRED_SPEED (m/s) steer a vehicle under way instead
-of its leg, if app.helm of the board permits it.";
+of its leg, if app.helm of the board permits it; a speed of 0 of a helm that steers ends the mission.";
 
 /// How often the port is looked at.
 const POLL: Duration = Duration::from_millis(5);

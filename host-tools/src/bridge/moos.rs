@@ -284,6 +284,7 @@ fn message(kind: u8, source: &str, key: &str, utc_s: f64, value: &Value) -> Vec<
 
 #[cfg(test)]
 mod tests {
+    use super::super::helm::Wish;
     use super::super::tests::{place, telemetry};
     use super::*;
     use std::net::TcpListener;
@@ -364,8 +365,8 @@ mod tests {
         say(&packet(&[wants(0, 180.0), wants(2, 1.5)]));
         assert_eq!(commands.order(), None, "no depth");
         say(&packet(&[wants(1, 4.0), wants(0, 90.0)]));
-        let order = commands.order().unwrap();
-        assert_eq!((order.heading_rad, order.depth_m, order.speed_mps), (90.0_f64.to_radians(), 4.0, 1.5));
+        let wish = Wish::Hold { heading_rad: 90.0_f64.to_radians(), depth_m: 4.0, speed_mps: 1.5 };
+        assert_eq!(commands.order().map(|order| order.wish), Some(wish));
         std::thread::sleep(Duration::from_millis(600));
         let word = message(b'N', "pHelmIvP", DESIRED[1], 0.0, &Value::Text("deep".to_owned()));
         say(&packet(&[word, wants(2, f64::NAN)]));

@@ -3,6 +3,8 @@
 use super::bench::Bench;
 use super::check::checked;
 use hil_sim::scenario::Scenario;
+use serde_json::Value;
+use std::cmp::Ordering;
 use std::io::{Read, Write};
 use std::net::{TcpListener, TcpStream};
 use std::thread::scope;
@@ -97,9 +99,9 @@ fn a_mission_comes_back_signed_by_the_bridge() {
 /// What the helm wants, degrees.
 const COURSE_DEG: f64 = 330.0;
 
-/// Plays a database whose helm wants this course, while the bridge lasts, for so many seconds; the headings that it
-/// tells, degrees, and its answers.
-fn helm(bench: &Bench, seconds: &str) -> (Vec<f64>, Vec<String>) {
+/// Plays a database whose helm wants this course, for so many packets, and then to stop, while the bridge lasts, for so
+/// many seconds; the headings that it tells, degrees, and its answers.
+fn helm(bench: &Bench, seconds: &str, packets: usize) -> (Vec<f64>, Vec<String>) {
     let database = TcpListener::bind("127.0.0.1:0").unwrap();
     let at = database.local_addr().unwrap().to_string();
     let arguments = ["bridge", "PORT", "--moos", &at, "--accept", "--for", seconds];
@@ -110,6 +112,9 @@ fn helm(bench: &Bench, seconds: &str) -> (Vec<f64>, Vec<String>) {
         let bridge = scope.spawn(|| bench.run(&arguments).good("bridge"));
         let mut socket = welcome(&database, &wanted);
         let (mut headings_deg, mut answers) = (Vec::new(), Vec::new());
+        let all_stop = packet_of(&[wants("DESIRED_SPEED", 0.0)]);
+        let nothing = packet_of(&[]);
+        let mut told = 0;
         while let Some(heard) = receive_bytes(&mut socket) {
             let place = |key: &[u8]| heard.windows(key.len()).position(|part| part == key).map(|at| at + key.len());
             if let Some(at) = place(b"NAV_HEADING") {
@@ -118,7 +123,13 @@ fn helm(bench: &Bench, seconds: &str) -> (Vec<f64>, Vec<String>) {
             if let Some(at) = place(b"BACKSEAT_ANSWER") {
                 answers.push(String::from_utf8_lossy(&heard[at..]).into_owned());
             }
-            if socket.write_all(&wanted).is_err() {
+            told += 1;
+            let mail = match told.cmp(&packets) {
+                Ordering::Less => &wanted,
+                Ordering::Equal => &all_stop,
+                Ordering::Greater => &nothing,
+            };
+            if socket.write_all(mail).is_err() {
                 break;
             }
         }
@@ -127,12 +138,12 @@ fn helm(bench: &Bench, seconds: &str) -> (Vec<f64>, Vec<String>) {
     })
 }
 
-/// Refused once where it may not, obeyed where it may.
+/// Refused once where it may not, obeyed where it may; its all-stop ends the mission.
 #[test]
 #[ignore = "in real time: .ci/nightly"]
 fn a_helm_steers_where_it_may() {
     let mut bench = Bench::new();
-    let (headings_deg, answers) = helm(&bench, "5");
+    let (headings_deg, answers) = helm(&bench, "5", usize::MAX);
     assert!(headings_deg.is_empty() && answers.len() == 1, "{answers:?}");
     assert!(answers[0].contains("refused: the board refused to be steered: its parameters"), "{answers:?}");
 
@@ -145,8 +156,18 @@ fn a_helm_steers_where_it_may() {
     bench.good(&["params", "set", "PORT", "app.use_range=0", "app.use_dvl=1", "app.helm=1", &declination]);
     checked(|| bench.run(&["check", "PORT", "--json"]), |report| report["passed"] == true);
     bench.good(&["mission", "start", "PORT"]);
-    let (headings_deg, answers) = helm(&bench, "30");
+    // the zero of a helm that has not steered stops nothing
+    let (_, answers) = helm(&bench, "3", 1);
+    assert!(answers.is_empty(), "{answers:?}");
+    let (headings_deg, answers) = helm(&bench, "40", 300);
     let held = headings_deg.windows(20).any(|held| held.iter().all(|deg| (deg - COURSE_DEG).abs() < 4.0));
     assert!(held, "{answers:?} {headings_deg:.0?}");
-    bench.good(&["mission", "stop", "PORT"]);
+    let [steers, ends @ ..] = &answers[..] else { panic!("no answer") };
+    assert!(steers.contains("a host steers: 330° 2.0 m 1.20 m/s"), "{answers:?}");
+    for end in ["stopped: the helm's speed is zero", "no host steers any more"] {
+        assert!(ends.len() == 2 && ends.iter().any(|answer| answer.contains(end)), "{answers:?}");
+    }
+    let seen = bench.run(&["monitor", "PORT", "--json", "--for", "3"]).good("monitor");
+    let board: Value = serde_json::from_str(seen.lines().last().unwrap()).unwrap();
+    assert_eq!((&board["mode"], &board["leg"], &board["helm"]), (&"safe".into(), &Value::Null, &Value::Null));
 }
