@@ -48,7 +48,7 @@ Examples:
 
 PORT is the board's host port, or the one that `backseat sim run --realtime` names. The bridge asks the board for its
 parameters and, without --accept, changes nothing; it may come, go and die at any time. Other commands reach the board
-through the port that it prints first. A session, or the log of a board's memory card, in its place is published as fast
+through the port that it prints first, `backseat monitor` through the second. A session, or the log of a board's memory card, in its place is published as fast
 as it was recorded, with the UTC of then.
 
 Foxglove: Open connection, Foxglove WebSocket, ws://127.0.0.1:8765; the layout is that of `backseat export --foxglove`.
@@ -340,6 +340,7 @@ fn live(args: &Args, bridging: &mut Bridging) -> anyhow::Result<Sides> {
     let mut link = Link::open(&args.port)?;
     let mut sides = Sides::open(args, link.shared())?;
     eprintln!("bridge: other commands: {}", link.shared());
+    eprintln!("bridge: to watch it: backseat monitor {}", link.watch()?);
     let mut model = Model::new();
     let mut decoding = Decoding::new(None);
     while !bridging.course.is_over() {

@@ -29,6 +29,7 @@ pub struct Link {
     port: Option<Serial>,
     retry_us: u64,
     shared: Shared,
+    watched: Option<Shared>,
 }
 
 /// A second port with the same board behind it, for `params`, `mission` and the like while this one is taken.
@@ -67,7 +68,13 @@ impl Link {
     /// Opens the port; it has to be there.
     pub fn open(name: &PortName) -> anyhow::Result<Self> {
         let shared = Shared::open().context("a port for other commands")?;
-        Ok(Self { name: name.clone(), port: Some(fresh(name)?), retry_us: 0, shared })
+        Ok(Self { name: name.clone(), port: Some(fresh(name)?), retry_us: 0, shared, watched: None })
+    }
+
+    /// Opens one more port, where a program that stays, such as `monitor`, keeps no command away from the other; its path.
+    pub fn watch(&mut self) -> anyhow::Result<&str> {
+        let opened = Shared::open().context("a port to watch at")?;
+        Ok(self.watched.insert(opened).cable.path())
     }
 
     /// Where other commands reach the board meanwhile.
@@ -87,7 +94,11 @@ impl Link {
         };
         let from = received.len();
         let mut outcome = port.poll(Port::Host, received);
-        let asked = self.shared.relay(received.get(from..).unwrap_or_default());
+        let heard = received.get(from..).unwrap_or_default();
+        let mut asked = self.shared.relay(heard);
+        if let Some(watched) = &mut self.watched {
+            asked.append(&mut watched.relay(heard));
+        }
         if outcome.is_ok() && !asked.is_empty() {
             outcome = port.write(Port::Host, &asked);
         }
@@ -140,5 +151,35 @@ mod tests {
         assert_eq!(shared.relay(&[]), [9, 9, 0]);
         // far beyond what a terminal holds for a program that does not read
         (0..10_000).for_each(|_| assert!(shared.relay(b"telemetry").is_empty()));
+    }
+
+    /// Each in a lock of its own.
+    #[test]
+    fn who_watches_keeps_no_command_away() {
+        let board = Pty::open().unwrap();
+        let mut link = Link::open(&board.path().parse().unwrap()).unwrap();
+        let mut received = Vec::new();
+        let paths = [link.watch().unwrap().to_owned(), link.shared().to_owned()];
+        let mut others = paths.map(|path| Serial::host(&path.parse().unwrap()).unwrap());
+        for (frame, other) in [[1, 0], [2, 0]].iter().zip(&mut others) {
+            other.write(Port::Host, frame).unwrap();
+        }
+        let mut asked = Vec::new();
+        while asked.len() < 4 {
+            link.poll(0, &mut received);
+            let mut buffer = [0; 16];
+            let count = board.read(&mut buffer, 100).unwrap();
+            asked.extend_from_slice(&buffer[..count]);
+        }
+        assert!([[2, 0, 1, 0], [1, 0, 2, 0]].iter().any(|frames| asked == frames), "{asked:?}");
+        board.offer(b"telemetry").unwrap();
+        for other in &mut others {
+            let mut heard = Vec::new();
+            while heard.len() < 9 {
+                link.poll(0, &mut received);
+                other.poll(Port::Host, &mut heard).unwrap();
+            }
+            assert_eq!(heard, b"telemetry");
+        }
     }
 }
