@@ -48,8 +48,8 @@ Examples:
 
 PORT is the board's host port, or the one that `backseat sim run --realtime` names. The bridge asks the board for its
 parameters and, without --accept, changes nothing; it may come, go and die at any time. Other commands reach the board
-through the port that it prints first, `backseat monitor` through the second. A session, or the log of a board's memory card, in its place is published as fast
-as it was recorded, with the UTC of then.
+through the port that it prints first, `backseat monitor` through the second. A session, or the log of a board's memory
+card, in its place is published as fast as it was recorded, with the UTC of then.
 
 Foxglove: Open connection, Foxglove WebSocket, ws://127.0.0.1:8765; the layout is that of `backseat export --foxglove`.
 IMC: Announce, Heartbeat and EstimatedState over UDP, which Neptus draws. MOOS: NAV_X (east), NAV_Y (north), NAV_LAT,
