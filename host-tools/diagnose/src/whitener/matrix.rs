@@ -83,13 +83,27 @@ pub(crate) fn apply_turned(turned: &Square, x: &[f64; 12]) -> [f64; 12] {
     std::array::from_fn(|i| at(&product, i))
 }
 
-/// (a + aᵀ)/2.
-#[inline]
-pub(crate) fn symmetrise(a: &mut Square) {
-    for i in 0..12 {
-        for j in 0..i {
-            let mean = 0.5 * (at(&a[i], j) + at(&a[j], i));
-            (*at_mut(&mut a[i], j), *at_mut(&mut a[j], i)) = (mean, mean);
+/// p ← (I + d) p (I + d)ᵀ = p + d p + (d p)ᵀ + (d p) dᵀ for a symmetric p, where d has no columns of the position. No reading
+/// corrects what rounding leaves between p and pᵀ, and a vehicle whose heading is unstable doubles it: blocks above the
+/// diagonal are computed, those below are their mirror.
+pub(crate) fn propagate(d: &Square, p: &mut Square) {
+    let moved = times(d, p);
+    let (turned, mirrored) = (transpose(d), transpose(&moved));
+    for (i, row) in p.iter_mut().enumerate() {
+        for four in i / 4..3 {
+            let mut sum = row[four] + moved[i][four] + mirrored[i][four];
+            for k in PHI..12 {
+                sum += turned[k][four] * at(&moved[i], k);
+            }
+            row[four] = sum;
+        }
+    }
+    for i in 0..3 {
+        for j in i..3 {
+            let mirror = transposed_block(p, i, j);
+            for (k, line) in mirror.into_iter().enumerate() {
+                p[4 * j + k][i] = if i == j { (p[4 * j + k][i] + line) * 0.5 } else { line };
+            }
         }
     }
 }
@@ -97,5 +111,19 @@ pub(crate) fn symmetrise(a: &mut Square) {
 /// aᵀ.
 #[inline]
 pub(crate) fn transpose(a: &Square) -> Square {
-    square(|i, j| at(&a[j], i))
+    let mut turned = ZERO;
+    for i in 0..3 {
+        for j in 0..3 {
+            for (k, line) in transposed_block(a, i, j).into_iter().enumerate() {
+                turned[4 * j + k][i] = line;
+            }
+        }
+    }
+    turned
+}
+
+/// The transpose of the block of four rows and columns that is the i-th down and the j-th across.
+#[inline]
+fn transposed_block(a: &Square, i: usize, j: usize) -> [f64x4; 4] {
+    f64x4::transpose(std::array::from_fn(|k| a[4 * i + k][j]))
 }

@@ -43,7 +43,7 @@ impl Filter<'_> {
         let mut d = ah;
         for (d, (second, third)) in d.iter_mut().zip(ah2.iter().zip(&ah3)) {
             for (d, (second, third)) in d.iter_mut().zip(second.iter().zip(third)) {
-                *d += *second * 0.5 + *third / 6.0;
+                *d += *second * 0.5 + *third * (1.0 / 6.0);
             }
         }
         let turned = matrix::transpose(&ah);
@@ -66,25 +66,20 @@ impl Filter<'_> {
                 without.iter_mut().for_each(|without| without.follow(&step, &moved, &self.x));
             }
         }
-        // (I + D) P (I + D)ᵀ
-        matrix::add_product(&d, &mut self.p);
-        let moved = matrix::times(&self.p, &matrix::transpose(&d));
-        for (row, addend) in self.p.iter_mut().zip(&moved) {
-            matrix::add_times(row, 1.0, addend);
-        }
-        // No reading corrects what rounding leaves between P and Pᵀ, and a vehicle whose heading is unstable doubles it.
-        matrix::symmetrise(&mut self.p);
-        // Trapezoid of ∫ Φ Q Φᵀ: good to the square of the step over the time constants.
-        for (i, q) in psd(self.noise()).into_iter().enumerate() {
-            let mut column: [f64; 12] = std::array::from_fn(|row| matrix::at(&d[row], U + i));
-            column[U + i] += 1.0;
-            let right = matrix::row(&column);
-            for (row, left) in self.p.iter_mut().zip(&column).filter(|(_, left)| **left != 0.0) {
-                matrix::add_times(row, 0.5 * h * q * left, &right);
-            }
-            *matrix::at_mut(&mut self.p[U + i], U + i) += 0.5 * h * q;
-        }
+        // Half of the noise before and half behind, the trapezoid of ∫ Φ Q Φᵀ: good to the square of the step over the
+        // time constants.
+        let half = psd(self.noise()).map(|q| 0.5 * h * q);
+        self.shake(&half);
+        matrix::propagate(&d, &mut self.p);
+        self.shake(&half);
         self.t_s += h;
+    }
+
+    /// Adds variance to the velocities.
+    fn shake(&mut self, variance: &[f64; 6]) {
+        for (i, variance) in (U..).zip(variance) {
+            *matrix::at_mut(&mut self.p[i], i) += variance;
+        }
     }
 
     fn noise(&self) -> &ProcessNoise {
