@@ -279,18 +279,18 @@ fn a_board_that_hangs_by_its_nose_knows_how() {
     for seed in [1, 11, 12] {
         let mut scenario = Scenario::load(&path).unwrap();
         scenario.settings.seed = seed;
-        let (mut steep, mut astray, mut last_rad) = (0, 0, 0.0);
+        let (mut steep, mut lost, mut last_rad) = (0, 0, 0.0);
         fly_watched(&scenario, &mut Client::new(InProcess::new()), None, &AtomicBool::new(false), |step| {
             let truth = step.truth.state;
             let Some(telemetry) = step.telemetry.filter(|_| truth[THETA].abs() > 1.3) else { return };
             let of = |x: &[f64; 12]| rotation(&State::new([0.0; 3], [x[PHI], x[THETA], x[PSI]], [0.0; 3], [0.0; 3]));
             last_rad = angle(&of(&truth), &of(&telemetry.state));
             steep += 1;
-            astray += i32::from(last_rad > 0.2);
+            lost += i32::from(last_rad > 0.2);
         })
         .unwrap();
-        println!("seed {seed}: steep in {steep} steps, lost in {astray}, {last_rad:.3} rad off at the end");
+        println!("seed {seed}: steep in {steep} steps, lost in {lost}, {last_rad:.3} rad off at the end");
         // lost for moments when it slams into the surface: the noise of the kinematic model does not reach that
-        assert!(steep > 1000 && 4 * astray < steep && last_rad < 0.1, "{seed}: {steep} {astray} {last_rad}");
+        assert!(steep > 1000 && 4 * lost < steep && last_rad < 0.1, "{seed}: {steep} {lost} {last_rad}");
     }
 }
