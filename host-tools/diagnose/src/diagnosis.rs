@@ -111,7 +111,7 @@ fn select(
     log_data: &mut PreparedLog,
     progress: &mut dyn FnMut(&str),
 ) -> Option<(Selected<JointFit>, Vec<FoundEffect>)> {
-    let mut log = FullLog { log_data, noise_effects: Vec::new(), has_events: true };
+    let mut log = FullLog { log_data, noise_effects: Vec::new(), has_events: true, barred: Vec::new() };
     let mut selected = log.select(progress)?;
     if exceeds_noise(log.log_data, &selected.fit.pass) {
         selected = selection::in_another_order(&mut log, selected, progress)?;
@@ -172,6 +172,7 @@ fn retimed(log_data: &mut PreparedLog, accepted: &[Instance]) -> Option<bool> {
 fn once(log_data: &mut PreparedLog, mut progress: impl FnMut(&str)) -> Option<(Diagnosis, Vec<Instance>)> {
     let (Selected { fit, mut rounds, .. }, mut noise_effects) = select(log_data, &mut progress)?;
     let (mut accepted, mut unfounded, mut grounds, mut swaps) = (fit.instances, Vec::new(), Vec::new(), 0);
+    let (mut has_events, mut barred) = (true, Vec::new());
     let (alternatives, joint, without, times) = loop {
         // The values that are reported are of all that does not judge.
         let joint = log_data.fit(&accepted, DataPart::Seen)?;
@@ -185,15 +186,18 @@ fn once(log_data: &mut PreparedLog, mut progress: impl FnMut(&str)) -> Option<(D
             Err(unfounded) => Some(unfounded),
         };
         if let Some(refusal) = refusal {
-            let refused = accepted.remove(refusal.place);
+            let refused = accepted.remove(refusal.place).candidate;
             grounds.push(refusal.ground);
             unfounded.push(refusal.note);
-            if refused.candidate.span.is_some() {
-                // what a model that is wrong for seconds made of them stood before what lasts
-                let mut log = FullLog { log_data, noise_effects, has_events: false };
-                let lasting = log.go_on(accepted, &mut progress)?;
-                (accepted, noise_effects) = (lasting.accepted, log.noise_effects);
-                rounds.extend(lasting.rounds);
+            // What a model that is wrong for seconds made of them stood before what lasts; and what does not hold where it
+            // is chosen by stood before what does. The data that judge have no other cause sought.
+            has_events &= refused.span.is_none();
+            if refused.span.is_some() || refusal.ground == Ground::Unfounded {
+                barred.push(refused.effect);
+                let mut log = FullLog { log_data, noise_effects, has_events, barred };
+                let others = log.go_on(accepted, &mut progress)?;
+                (accepted, noise_effects, barred) = (others.accepted, log.noise_effects, log.barred);
+                rounds.extend(others.rounds);
             }
         } else {
             progress("alternatives");

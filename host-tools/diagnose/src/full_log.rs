@@ -24,6 +24,8 @@ pub struct FullLog<'a> {
     pub noise_effects: Vec<FoundEffect>,
     /// Whether effects are looked for that begin and end.
     pub has_events: bool,
+    /// Effects that are not asked again: the data that choose do not bear them out.
+    pub barred: Vec<&'static str>,
 }
 
 impl FullLog<'_> {
@@ -47,7 +49,8 @@ impl FullLog<'_> {
     fn stands(&self, accepted: &[Instance], round: &Round, e: &Evidence) -> bool {
         let set = || e.instance.apply(&set_of(&self.log_data.scope.declared, accepted));
         let length_m = self.log_data.setup.parameters.length_m;
-        round.is_significant(e)
+        !self.barred.contains(&e.instance.candidate.effect)
+            && round.is_significant(e)
             && e.instance.is_resolved()
             && judged::is_possible(&e.instance, &e.sigmas(), length_m)
             && self.log_data.setup.model(&set()).is_some()
