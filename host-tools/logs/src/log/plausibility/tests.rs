@@ -262,6 +262,27 @@ fn a_vehicle_that_hardly_moves_says_nothing_of_the_time() {
     assert!(!messages(&log).contains("t_s is in"), "{}", messages(&log));
 }
 
+/// Down a spiral the roll rate is ψ̇ sin θ and more, and roll stays what it is.
+#[test]
+fn a_spiral_is_no_wrong_roll_rate() {
+    let (turning, pitch) = (0.2, -0.6_f64);
+    let log = |p: f64| {
+        let rows = (0..3000_u64).map(|k| {
+            let noise = |salt: u64| 0.02 * (((k * 7919 + salt * 104_729) % 1000) as f64 * 1e-3 - 0.5);
+            let heading = (turning * k as f64 * 0.2).rem_euclid(std::f64::consts::TAU);
+            let mut row = LogRow::new(k * 200_000);
+            row.set_all(Column::Roll, &[noise(1), pitch + noise(2), heading]);
+            row.set_all(Column::P, &[p + noise(3), noise(4), turning * pitch.cos() + noise(5)]);
+            row
+        });
+        Log { rows: rows.collect(), ..Log::default() }
+    };
+    let said = messages(&log(-turning * pitch.sin()));
+    assert!(!said.contains("turns of more than"), "{said}");
+    let said = messages(&log(0.5));
+    assert!(said.contains("turns of more than"), "{said}");
+}
+
 /// From the middle on.
 fn with_from(column: Column, from_s: f64, change: impl Fn(f64) -> f64) -> Log {
     let mut log = good();

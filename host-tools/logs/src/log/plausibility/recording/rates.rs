@@ -60,18 +60,34 @@ fn angle_by_rate(grid: &Grid, angle: Column, rate: Column) -> Outcome {
     let slopes = slopes.into_iter().chain(OVER_S[1..].iter().map(|over_s| slope(*over_s, true)));
     let outcome = Outcome::of(slopes, rate.name(), &format!("the change of {}", angle.name()), &DEMAND);
     if matches!(outcome.state, State::Absent | State::Untested) {
-        return large_turns(grid, angles, rates).unwrap_or(outcome);
+        return large_turns(grid, (angle, angles), rates).unwrap_or(outcome);
     }
     outcome
 }
 
-/// Turns that no noise makes: an angle that does not follow them is something else.
-fn large_turns(grid: &Grid, angles: &[f64], rates: &[f64]) -> Option<Outcome> {
+/// Turns that no noise makes: an angle that does not follow them is something else. A vehicle that dives while it turns
+/// rolls by its rate and not by its angle, φ̇ = p + ψ̇ sin θ: by so much a turn has to be larger.
+fn large_turns(grid: &Grid, (angle, angles): (Column, &[f64]), rates: &[f64]) -> Option<Outcome> {
+    let (turned, leaned) = match angle {
+        Column::Roll => (Column::Heading, Column::Pitch),
+        Column::Pitch => (Column::Heading, Column::Roll),
+        _ => (Column::Pitch, Column::Roll),
+    };
+    let others = grid.all([turned, leaned]);
+    if others.is_none() && angle != Column::Heading {
+        return None;
+    }
     let over = grid.cells(OVER_S[2], 2);
+    let by_others = |at: usize| {
+        let of = |[turned, leaned]: [&[f64]; 2]| {
+            (at..at + over).map(|k| ((turned[k + 1] - turned[k]) * leaned[k].sin()).abs()).sum()
+        };
+        others.map_or(0.0, of)
+    };
     let turns = (0..grid.len.saturating_sub(over)).step_by(over).filter_map(|at| {
         let x = rates[at..at + over].iter().sum::<f64>() * grid.cell_s;
         let ratio = (angles[at + over] - angles[at]) / x;
-        (x.abs() > LARGE_TURN_RAD && ratio.is_finite()).then_some(ratio)
+        (x.abs() - by_others(at) > LARGE_TURN_RAD && ratio.is_finite()).then_some(ratio)
     });
     let ratios: Vec<f64> = turns.collect();
     let typical = median(&ratios).filter(|_| ratios.len() >= ENOUGH)?;
