@@ -232,9 +232,10 @@ impl Search<'_> {
             let mut found: Vec<Candidate<'_>> = Vec::new();
             for mend in &mends {
                 let is_touched = |tested: &Tested| mend.touches(&tested.columns());
-                // a relation that is absent is noise, unless another column has it
+                // a relation that is absent is noise, unless another column has it, and not what these columns have themselves
                 let is_reason = |tested: &Tested| {
-                    let is_absent = !tested.is(State::Holds) && tested.outcome.correlation.is_some();
+                    let is_absent =
+                        !tested.is(State::Holds) && tested.outcome.correlation.is_some_and(|own| own <= OF_EXCHANGE);
                     tested.is(State::Contradicted) || (mend.is_exchange && is_absent)
                 };
                 let reasons =
