@@ -190,7 +190,7 @@ fn once(log_data: &mut PreparedLog, mut progress: impl FnMut(&str)) -> Option<(D
             grounds.push(refusal.ground);
             unfounded.push(refusal.note);
             // What a model that is wrong for seconds made of them stood before what lasts; and what does not hold where it
-            // is chosen by stood before what does. The data that judge have no other cause sought.
+            // is chosen by stood before what does. For what lasts the data that judge have no other cause sought.
             has_events &= refused.span.is_none();
             if refused.span.is_some() || refusal.ground == Ground::Unfounded {
                 barred.push(refused.effect);

@@ -262,7 +262,7 @@ fn a_vehicle_that_hardly_moves_says_nothing_of_the_time() {
     assert!(!messages(&log).contains("t_s is in"), "{}", messages(&log));
 }
 
-/// Down a spiral the roll rate is ψ̇ sin θ and more, and roll stays what it is.
+/// Down a spiral the roll rate is −ψ̇ sin θ, and roll stays what it is.
 #[test]
 fn a_spiral_is_no_wrong_roll_rate() {
     let (turning, pitch) = (0.2, -0.6_f64);
